@@ -1,0 +1,25 @@
+//! Physical and astronomical constants: value, unit, source.
+
+/// Planck constant \[J s\]. SI Brochure, 9th edition (exact).
+pub const PLANCK_J_S: f64 = 6.626_070_15e-34;
+
+/// Speed of light in vacuum \[m/s\]. SI Brochure, 9th edition (exact).
+pub const LIGHT_M_S: f64 = 299_792_458.0;
+
+/// Astronomical unit \[m\]. IAU 2012 Resolution B2 (exact).
+pub const AU_M: f64 = 149_597_870_700.0;
+
+/// Seconds in a day \[s\].
+pub const DAY_S: f64 = 86_400.0;
+
+/// Rotation rate of the Earth \[rad/s\] per second of UT1. IERS Conventions 2010, eq. 5.15.
+pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_706_979e-5;
+
+/// Equatorial radius of the Earth \[m\]. WGS 84 (NIMA TR8350.2).
+pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
+
+/// Radius of the Sun's photosphere \[m\]. IAU 2015 Resolution B3, nominal.
+pub const SUN_RADIUS_M: f64 = 6.957e8;
+
+/// Visual magnitude of Vega in Johnson V. Bessell, Castelli & Plez 1998, A&A 333, 231.
+pub const VEGA_V_MAG: f64 = 0.03;

@@ -1,0 +1,10 @@
+//! What every other room stands on: constants, unit conversions, tolerances, the ledger of what a frame
+//! holds and leaves out, and random numbers that are functions of their address.
+
+pub mod accuracy;
+pub mod constants;
+pub mod ledger;
+pub mod random;
+pub mod sample;
+pub mod table;
+pub mod units;

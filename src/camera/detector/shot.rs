@@ -1,0 +1,14 @@
+//! The count: one Poisson draw of each pixel's summed mean.
+//!
+//! The sum of independent Poisson numbers is Poisson with the summed mean, so that sky, stars, target and dark
+//! current are drawn together.
+
+use crate::base::random::Address;
+use crate::base::sample::poisson;
+
+/// Replace means \[e-\] by counts; `first` is the first pixel's number in the whole frame.
+pub fn apply(row: &mut [f64], first: u64, address: &Address) {
+    for (pixel, value) in (first..).zip(row) {
+        *value = poisson(address, pixel, *value);
+    }
+}

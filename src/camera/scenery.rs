@@ -1,0 +1,296 @@
+//! What a frame would hold without noise: the mean electrons of every pixel, computed for any region.
+
+use super::detector::dark;
+use super::psf::{Path, Profile, Psf, Region};
+use super::scintillation;
+use crate::base::ledger::{Row, Verdict, Why};
+use crate::base::random::{Address, Stage};
+use crate::base::sample::uniform;
+use crate::base::units::{ARCSEC, ARCSEC_PER_RAD, flux_from_mag};
+use crate::light::tables;
+use crate::light::throughput::{RateAtAirmass, Throughput};
+use crate::plan::view::View;
+use crate::scene::{Scene, Table};
+use crate::sky::{self, Context, field::SkyField};
+use crate::stars::catalogue::Catalogue;
+use glam::{DVec2, DVec3};
+
+/// Something that shines through the PSF: a star or a target.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct PointSource {
+    /// Number of the star in its catalogue, or of the target in the scene.
+    pub id: u64,
+    /// Astrometric ICRS direction at mid-exposure.
+    pub icrs: DVec3,
+    /// Johnson V \[mag\].
+    pub mag_v: f64,
+    /// Where it moves on the frame.
+    pub path: Path,
+    /// Electrons in the exposure over an endless plane, scintillation included.
+    pub electrons: f64,
+}
+
+/// Mean at the frame's centre of one sky source.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkyMean {
+    /// Keyword of the header.
+    pub keyword: &'static str,
+    /// Mean \[e-/px\].
+    pub mean_e_px: f64,
+}
+
+/// Everything that is needed to compute any pixel's mean.
+#[derive(Debug, Clone)]
+pub struct Scenery {
+    /// The point image.
+    pub psf: Psf,
+    /// Stars in the order of their catalogue.
+    pub stars: Vec<PointSource>,
+    /// Targets in the scene's order.
+    pub targets: Vec<PointSource>,
+    /// Means at the centre of the sky sources present, in the order of the header.
+    pub sky_means: Vec<SkyMean>,
+    /// Dark charge \[e-/px\].
+    pub dark_e: f64,
+    /// Electrons per second of a solar-coloured source of V = 0, against airmass.
+    pub solar_v_zero: RateAtAirmass,
+    /// Full width at half maximum as delivered \[arcsec\].
+    pub seeing_arcsec: f64,
+    /// What is in the frame and what is not.
+    pub ledger: Vec<Row>,
+    sky: SkyField,
+}
+
+/// Largest number of a star; targets are numbered from the top downwards.
+fn target_number(index: usize) -> u64 {
+    u64::MAX - index as u64
+}
+
+impl Scenery {
+    /// The scenery of one exposure.
+    pub fn new(scene: &Scene, view: &View, throughput: &Throughput, catalogue: &Catalogue) -> Self {
+        let solar = tables::solar_of_v_zero();
+        let pixel_sr = view.wcs.mid.pixel_scale().powi(2);
+        let context = Context {
+            scene,
+            view,
+            throughput,
+            catalogue,
+            solar_v_zero: throughput.rate_near(&solar, view.airmass),
+            solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
+            pixel_sr,
+        };
+        let dark_e = dark::rate(&scene.detector) * view.exposure_s;
+        let sources = sky::sources(&context);
+        let centre = context.toward(view.wcs.mid.crpix);
+        let needed_mean = |s: &dyn sky::Source| if s.assess().is_needed() { s.mean(&centre) } else { 0.0 };
+        let total: f64 = sources.iter().map(|s| needed_mean(&**s)).sum::<f64>() + dark_e;
+        let noise = (total + scene.detector.read_noise_e.powi(2)).sqrt();
+        let (present, mut ledger) = sky::compose(&sources, &scene.sky, scene.accuracy.omit * noise);
+        let sky_field = SkyField::new(&context, &present, scene.accuracy.sky);
+        let sky_means = present
+            .iter()
+            .map(|s| SkyMean { keyword: s.keyword(), mean_e_px: s.mean(&centre) })
+            .collect::<Vec<_>>();
+        for source in &present {
+            if let Some(row) = ledger.iter_mut().find(|row| row.name == source.name()) {
+                row.mean_e_px = source.mean(&centre);
+                row.bytes = sky_field.bytes() as u64;
+            }
+        }
+
+        let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
+        let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
+        let fwhm_px = seeing_arcsec * ARCSEC / view.wcs.mid.pixel_scale();
+        let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
+
+        let stars = stars(scene, view, catalogue, &context, psf.radius() as f64);
+        let targets = targets(scene, view, &context);
+        let star_verdict = if !scene.stars.enabled {
+            Verdict::Absent(Why::NotAsked)
+        } else if stars.is_empty() {
+            Verdict::Absent(Why::NotVisible("no catalogue star in the field".into()))
+        } else {
+            Verdict::Needed { bound: stars.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene) }
+        };
+        let target_verdict = if targets.iter().any(|t| t.electrons > 0.0) {
+            Verdict::Needed { bound: targets.iter().map(|t| t.electrons).sum::<f64>() / frame_pixels(scene) }
+        } else {
+            Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
+        };
+        let source = if scene.stars.random_count > 0 { "random places" } else { "catalogue, solar colour" };
+        let synthetic = if scene.stars.synthetic {
+            Why::NoData("star counts are not drawn one by one; their light is in sky.starlight".into())
+        } else {
+            Why::NotAsked
+        };
+        ledger.push(Row::new("stars.drawn", &star_verdict, &format!("{} stars, {source}", stars.len())));
+        ledger.push(Row::new("stars.synthetic", &Verdict::Absent(synthetic), ""));
+        ledger.push(Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight"));
+        let sigma = scintillation::sigma(scene, view.exposure_s, view.airmass);
+        let twinkle = if sigma > 0.0 { Verdict::Needed { bound: sigma } } else { Verdict::Absent(Why::NotAsked) };
+        ledger.push(Row::new(
+            "optics.scintillation",
+            &twinkle,
+            &format!("sigma {:.2} %, Young 1967", sigma * 100.0),
+        ));
+        let mut psf_row =
+            Row::new("optics.psf", &Verdict::Needed { bound: psf.lost() }, &psf_basis(scene, &psf, seeing_arcsec));
+        psf_row.bytes = psf.bytes() as u64;
+        ledger.push(psf_row);
+
+        let mut scenery = Self {
+            psf,
+            stars,
+            targets,
+            sky_means,
+            dark_e,
+            solar_v_zero: context.solar_v_zero,
+            seeing_arcsec,
+            ledger,
+            sky: sky_field,
+        };
+        let peak = scenery.peak(scene);
+        scenery.ledger.extend(super::detector::assess(scene, view.exposure_s, peak));
+        scenery
+    }
+
+    /// Mean electrons of the pixels of `region`, by rows.
+    pub fn mean(&self, region: &Region, out: &mut [f64]) {
+        self.mean_without(region, usize::MAX, out);
+    }
+
+    /// The same without target number `left_out`.
+    pub fn mean_without(&self, region: &Region, left_out: usize, out: &mut [f64]) {
+        if region.is_empty() {
+            return;
+        }
+        for (y, row) in (region.y0..).zip(out.chunks_exact_mut(region.width)) {
+            self.sky.fill_row(y, region.x0, row);
+            row.iter_mut().for_each(|value| *value += self.dark_e);
+        }
+        for star in &self.stars {
+            self.psf.add(&star.path, star.electrons, region, out);
+        }
+        for (_, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
+            self.psf.add(&target.path, target.electrons, region, out);
+        }
+    }
+
+    /// Magnitude `mag_v` of a source that gives one electron in this exposure at `airmass`.
+    pub fn zero_point(&self, airmass: f64, exposure_s: f64) -> f64 {
+        2.5 * (self.solar_v_zero.at(airmass) * exposure_s).log10()
+    }
+
+    /// An upper estimate of the brightest pixel's mean \[e-\].
+    fn peak(&self, scene: &Scene) -> f64 {
+        let sky: f64 = self.sky_means.iter().map(|s| s.mean_e_px).sum::<f64>() + self.dark_e;
+        let size = scene.detector.size_px;
+        let brightest = |list: &[PointSource]| {
+            list.iter().filter(|s| s.electrons > 0.0).max_by(|a, b| a.electrons.total_cmp(&b.electrons)).copied()
+        };
+        let mut peak = sky;
+        for source in [brightest(&self.stars), brightest(&self.targets)].into_iter().flatten() {
+            for at in [source.path.start, source.path.mid, source.path.end] {
+                let Some(region) = Region::around(at, 3.0, size) else { continue };
+                let mut out = vec![0.0; region.len()];
+                self.psf.add(&source.path, source.electrons, &region, &mut out);
+                peak = out.into_iter().fold(peak, |peak, value| peak.max(value + sky));
+            }
+        }
+        peak
+    }
+}
+
+fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
+    let name = match scene.telescope.psf {
+        crate::scene::Psf::Gaussian => "Gaussian".to_owned(),
+        _ => format!("Moffat beta {}", scene.telescope.moffat_beta),
+    };
+    format!("{name}, FWHM {seeing_arcsec:.2} arcsec, {:.1e} of the light outside {} px", psf.lost(), psf.radius())
+}
+
+fn frame_pixels(scene: &Scene) -> f64 {
+    (scene.detector.size_px[0] * scene.detector.size_px[1]) as f64
+}
+
+/// The path of an astrometric direction at rest among the stars, if it is in front of the camera.
+fn star_path(view: &View, icrs: DVec3) -> Option<Path> {
+    let pixel = |wcs: &crate::plan::wcs::Wcs| wcs.pixel(icrs);
+    Some(Path { start: pixel(&view.wcs.start)?, mid: pixel(&view.wcs.mid)?, end: pixel(&view.wcs.end)? })
+}
+
+fn stars(scene: &Scene, view: &View, catalogue: &Catalogue, context: &Context, margin: f64) -> Vec<PointSource> {
+    let size = DVec2::new(scene.detector.size_px[0] as f64, scene.detector.size_px[1] as f64);
+    let touches = |path: &Path| {
+        let (low, high) = path.bounds();
+        high.cmpge(DVec2::splat(-margin)).all() && low.cmple(size + margin).all()
+    };
+    let source = |id: u64, icrs: DVec3, mag_v: f64| {
+        let path = star_path(view, icrs)?;
+        let airmass = context.toward(path.mid).airmass;
+        let sigma = scintillation::sigma(scene, view.exposure_s, airmass);
+        let twinkle = scintillation::factor(scene.seed, view.frame, id, sigma);
+        let electrons = context.solar_v_zero.at(airmass) * flux_from_mag(mag_v) * view.exposure_s * twinkle;
+        touches(&path).then_some(PointSource { id, icrs, mag_v, path, electrons })
+    };
+    if !scene.stars.enabled {
+        return Vec::new();
+    }
+    if scene.stars.random_count > 0 {
+        return random_places(scene, view).filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v)).collect();
+    }
+    if scene.stars.catalog == Table::Named("none".into()) {
+        return Vec::new();
+    }
+    let scale = view.wcs.mid.pixel_scale();
+    let drift = view.wcs.start.centre.distance(view.wcs.end.centre);
+    let radius = 1.05 * (0.5 * size.length() + margin) * scale + drift;
+    let years = (view.mid.mjd_utc() - 51_544.5) / 365.25 + 2000.0 - catalogue.epoch();
+    let limit = scene.stars.limit_mag_v.unwrap_or(f64::INFINITY);
+    catalogue
+        .cone(view.wcs.mid.centre, radius, limit)
+        .into_iter()
+        .filter_map(|star| {
+            let moved = star.motion.map_or(star.direction, |[ra, dec]| {
+                let (east, north) = crate::plan::wcs::east_north(star.direction);
+                (star.direction + (east * ra + north * dec) * years).normalize()
+            });
+            source(star.id, moved, star.mag_v)
+        })
+        .collect()
+}
+
+/// Benchmark stars: uniform over the frame at mid-exposure, dN/dm ~ 10^(0.35 m).
+fn random_places(scene: &Scene, view: &View) -> impl Iterator<Item = (u64, DVec3, f64)> {
+    let address = Address { seed: scene.stars.random_seed, frame: 0, stage: Stage::RandomStars };
+    let [width, height] = scene.detector.size_px.map(|n| n as f64);
+    let [bright, faint] = scene.stars.random_mag_v.map(|m| libm::exp10(0.35 * m));
+    let wcs = view.wcs.mid;
+    (0..scene.stars.random_count as u64).map(move |id| {
+        let [x, y] = address.block(id, 0).map(uniform);
+        let u = uniform(address.block(id, 1)[0]);
+        let mag_v = libm::log10(bright + u * (faint - bright)) / 0.35;
+        (id, wcs.sky(DVec2::new(x * width - 0.5, y * height - 0.5)), mag_v)
+    })
+}
+
+fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {
+    let place = |(index, (target, seen)): (usize, (&crate::scene::Target, &crate::plan::view::TargetView))| {
+        let far = DVec2::splat(f64::NAN);
+        let pixel = |wcs: &crate::plan::wcs::Wcs, icrs: DVec3| wcs.pixel(icrs).unwrap_or(far);
+        let icrs = seen.place.astrometric;
+        let path = Path {
+            start: pixel(&view.wcs.start, seen.start_end[0]),
+            mid: pixel(&view.wcs.mid, icrs),
+            end: pixel(&view.wcs.end, seen.start_end[1]),
+        };
+        let sigma = scintillation::sigma(scene, view.exposure_s, seen.airmass);
+        let twinkle = scintillation::factor(scene.seed, view.frame, target_number(index), sigma);
+        let above = if seen.apparent.elevation > 0.0 { 1.0 } else { 0.0 };
+        let rate = context.solar_v_zero.at(seen.airmass) * flux_from_mag(target.mag_v);
+        let electrons = rate * view.exposure_s * seen.sunlit_mean * twinkle * above;
+        PointSource { id: index as u64, icrs, mag_v: target.mag_v, path, electrons }
+    };
+    scene.target.iter().zip(&view.targets).enumerate().map(place).collect()
+}

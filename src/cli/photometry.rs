@@ -1,0 +1,88 @@
+//! `nightglass photometry`, and the measurement that `run` shares.
+
+use super::args::{Global, PhotometryArgs};
+use super::talk::{Failure, Talk, load, print, print_json};
+use crate::astro::direction;
+use crate::io::atomic;
+use crate::io::ecsv::to_ecsv;
+use crate::photometry::{Place, Settings};
+use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
+use crate::simulate::{SimulateError, catalogue};
+use crate::stars::catalogue::Catalogue;
+use glam::DVec2;
+use serde_json::json;
+use std::path::Path;
+
+pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let scene = args.scene.as_deref().map(|s| load(s, global)).transpose()?;
+    let catalogue = match &scene {
+        Some(scene) => catalogue(scene).map_err(SimulateError::from)?,
+        None => Catalogue::built_in(),
+    };
+    let place = match (&args.xy, &args.radec) {
+        (Some(text), _) => Place::Pixel(DVec2::from_array(pair("--xy", text)?)),
+        (None, Some(text)) => {
+            let [ra, dec] = pair("--radec", text)?;
+            if !(-90.0..=90.0).contains(&dec) {
+                return Err(Failure::Input(format!("--radec {text}: declination {dec} must lie in -90..90 deg")));
+            }
+            Place::Sky(direction(ra.to_radians(), dec.to_radians()))
+        }
+        (None, None) => Place::Header,
+    };
+    let bar = talk.bar(args.frames.len(), "photometry");
+    let job = Job {
+        frames: &args.frames,
+        place,
+        scene: scene.as_ref(),
+        catalogue: &catalogue,
+        settings: scene.as_ref().map_or_else(Settings::default, settings),
+        done: &|| bar.inc(1),
+    };
+    let file = global.output.as_ref().map(|dir| dir.join("lightcurve.ecsv"));
+    let curve = measure_and_write(&job, file.as_deref(), talk)?;
+    bar.finish_and_clear();
+    match (global.json, file) {
+        (true, _) => print_json(&json!({ "command": "photometry", "rows": curve.table.to_json_rows() })),
+        (false, None) => print(&to_ecsv(&curve.table)),
+        (false, Some(file)) => {
+            talk.say(&format!("wrote {}", file.display()));
+            Ok(())
+        }
+    }
+}
+
+/// Measure, write the light curve to `file` if there is one, and tell what came out.
+pub(super) fn measure_and_write(job: &Job, file: Option<&Path>, talk: &Talk) -> Result<LightCurve, Failure> {
+    let curve = measure_frames(job)?;
+    if let Some(file) = file {
+        if let Some(dir) = file.parent() {
+            std::fs::create_dir_all(dir)?;
+        }
+        atomic::write(file, to_ecsv(&curve.table).as_bytes())?;
+    }
+    let good = curve.measurements.iter().filter(|m| m.mag_v.is_finite()).collect::<Vec<_>>();
+    let mean = |f: &dyn Fn(&crate::photometry::Measurement) -> f64| {
+        good.iter().map(|m| f(m)).sum::<f64>() / good.len() as f64
+    };
+    if good.is_empty() {
+        talk.say("light curve: no calibrated magnitude; the flags column tells why");
+    } else {
+        talk.say(&format!(
+            "light curve: {} of {} points calibrated, mean V {:.3}, mean error {:.3} mag, {:.0} stars a frame",
+            good.len(),
+            curve.measurements.len(),
+            mean(&|m| m.mag_v),
+            mean(&|m| m.mag_err),
+            mean(&|m| m.n_stars as f64),
+        ));
+    }
+    Ok(curve)
+}
+
+fn pair(option: &str, text: &str) -> Result<[f64; 2], Failure> {
+    let fault = || Failure::Input(format!("{option} {text}: not two finite numbers separated by a comma"));
+    let (a, b) = text.split_once(',').ok_or_else(fault)?;
+    let number = |t: &str| t.trim().parse::<f64>().ok().filter(|v| v.is_finite()).ok_or_else(fault);
+    Ok([number(a)?, number(b)?])
+}

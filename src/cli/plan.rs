@@ -1,0 +1,29 @@
+//! `nightglass plan`.
+
+use super::args::{Global, SceneArgs};
+use super::talk::{Failure, Talk, load, print, print_json};
+use crate::io::atomic;
+use crate::io::ecsv::to_ecsv;
+use crate::plan::table::table;
+use crate::plan::view::Planner;
+use crate::simulate::SimulateError;
+use serde_json::json;
+
+pub(super) fn plan(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let scene = load(&args.scene, global)?;
+    let views = Planner::new(&scene).and_then(|p| p.views()).map_err(SimulateError::from)?;
+    let table = table(&views);
+    let observable = views.iter().filter(|v| v.observability.observable).count();
+    talk.say(&format!("{observable} of {} exposures observable", views.len()));
+    if let Some(dir) = &global.output {
+        std::fs::create_dir_all(dir)?;
+        let path = dir.join("plan.ecsv");
+        atomic::write(&path, to_ecsv(&table).as_bytes())?;
+        talk.say(&format!("wrote {}", path.display()));
+    }
+    match (global.json, &global.output) {
+        (true, _) => print_json(&json!({ "command": "plan", "rows": table.to_json_rows() })),
+        (false, None) => print(&to_ecsv(&table)),
+        (false, Some(_)) => Ok(()),
+    }
+}

@@ -1,0 +1,40 @@
+//! `nightglass run`: the main job.
+
+use super::args::{Global, RunArgs};
+use super::photometry::measure_and_write;
+use super::render::produce;
+use super::talk::{Failure, Talk, load, print_json};
+use crate::photometry::Place;
+use crate::run::lightcurve::{Job, settings};
+use crate::simulate::{SimulateError, catalogue};
+use serde_json::json;
+
+pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let scene = load(&args.scene, global)?;
+    let output = produce(&scene, &args.part, global, talk)?;
+    let frames = output.rendered.frames.iter().map(|n| output.dir.frame(*n)).collect::<Vec<_>>();
+    let mut written = vec!["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "frames/"];
+    if !scene.target.is_empty() && !frames.is_empty() {
+        let catalogue = catalogue(&scene).map_err(SimulateError::from)?;
+        let bar = talk.bar(frames.len(), "photometry");
+        let job = Job {
+            frames: &frames,
+            place: Place::Header,
+            scene: Some(&scene),
+            catalogue: &catalogue,
+            settings: settings(&scene),
+            done: &|| bar.inc(1),
+        };
+        measure_and_write(&job, Some(&output.dir.file("lightcurve.ecsv")), talk)?;
+        bar.finish_and_clear();
+        written.push("lightcurve.ecsv");
+    }
+    let dir = output.dir.path().display();
+    talk.say(&format!("wrote {dir}/: {}", written.join(", ")));
+    talk.detail(&format!("{} exposures planned", output.views.len()));
+    if global.json {
+        let rows = written.iter().map(|name| json!({ "file": format!("{dir}/{name}") })).collect::<Vec<_>>();
+        print_json(&json!({ "command": "run", "rows": rows, "frames": output.rendered.frames }))?;
+    }
+    Ok(())
+}

@@ -1,0 +1,69 @@
+//! `nightglass init`, `check`, `schema`, `scenes`, `stations`.
+
+use super::args::{Global, InitArgs, SceneArgs};
+use super::talk::{Failure, Talk, load, print, print_json};
+use crate::io::atomic;
+use crate::scene::{self, SCENES, STATIONS};
+use serde_json::json;
+
+pub(super) fn init(args: &InitArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let text = scene::template(args.name.as_deref())?;
+    let Some(path) = &global.output else { return print(&text) };
+    if path.exists() && !global.force {
+        return Err(Failure::Input(format!("{} exists; --force replaces it", path.display())));
+    }
+    atomic::write(path, text.as_bytes())?;
+    talk.say(&format!("wrote {}; try `nightglass check {}`", path.display(), path.display()));
+    Ok(())
+}
+
+pub(super) fn check(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let loaded = scene::load(&args.scene, &scene::Options { sets: &global.set, seed: global.seed });
+    if global.json {
+        let faults = loaded.as_ref().err().map_or(&[][..], |e| &e.faults);
+        let rows = faults
+            .iter()
+            .map(|f| json!({ "origin": f.origin, "line": f.line, "path": f.path, "message": f.message }))
+            .collect::<Vec<_>>();
+        print_json(&json!({ "command": "check", "rows": rows }))?;
+    }
+    let scene = loaded?;
+    talk.say(&format!("{}: no faults, SCENESHA {}", scene.name, scene.sha256()));
+    Ok(())
+}
+
+pub(super) fn schema() -> Result<(), Failure> {
+    print_json(&scene::json_schema())
+}
+
+pub(super) fn scenes(global: &Global) -> Result<(), Failure> {
+    list("scenes", SCENES, global, |name| {
+        let loaded = load(name, global).ok()?;
+        Some(format!("{} exposures of {} s", loaded.exposures.count, loaded.exposures.duration_s))
+    })
+}
+
+pub(super) fn stations(global: &Global) -> Result<(), Failure> {
+    list("stations", STATIONS, global, |_| None)
+}
+
+/// Names and the first comment line of each text.
+fn list(
+    command: &str,
+    entries: &[(&str, &str)],
+    global: &Global,
+    more: impl Fn(&str) -> Option<String>,
+) -> Result<(), Failure> {
+    let about = |text: &str| text.lines().next().unwrap_or_default().trim_start_matches('#').trim().to_owned();
+    if global.json {
+        let rows =
+            entries.iter().map(|(name, text)| json!({ "name": name, "about": about(text) })).collect::<Vec<_>>();
+        return print_json(&json!({ "command": command, "rows": rows }));
+    }
+    let mut out = String::new();
+    for (name, text) in entries {
+        let more = more(name).map(|m| format!(" ({m})")).unwrap_or_default();
+        out.push_str(&format!("{name:16} {}{more}\n", about(text)));
+    }
+    print(&out)
+}

@@ -1,0 +1,138 @@
+//! Words to the user: stderr for talk and progress, stdout for data, exit codes.
+
+use super::args::Global;
+use crate::run::RunError;
+use crate::scene::{self, Options, Scene, SceneError};
+use crate::simulate::SimulateError;
+use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use std::fmt;
+use std::io::{self, IsTerminal, Write};
+
+/// Why a command ended early.
+#[derive(Debug)]
+pub(super) enum Failure {
+    /// Usage or bad input: exit code 2.
+    Input(String),
+    /// Everything else: exit code 1.
+    Failed(String),
+    /// Nobody reads stdout any more.
+    BrokenPipe,
+}
+
+impl Failure {
+    pub fn code(&self) -> u8 {
+        match self {
+            Self::Input(_) => 2,
+            Self::Failed(_) => 1,
+            Self::BrokenPipe => 0,
+        }
+    }
+}
+
+impl fmt::Display for Failure {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Input(text) | Self::Failed(text) => f.write_str(text),
+            Self::BrokenPipe => Ok(()),
+        }
+    }
+}
+
+impl From<SceneError> for Failure {
+    fn from(e: SceneError) -> Self {
+        Self::Input(e.to_string())
+    }
+}
+
+impl From<SimulateError> for Failure {
+    fn from(e: SimulateError) -> Self {
+        match e {
+            // elements, epochs, tables and catalogues are what the user gave
+            SimulateError::Plan(_) | SimulateError::Curve(_) | SimulateError::Catalogue(_) => {
+                Self::Input(e.to_string())
+            }
+        }
+    }
+}
+
+impl From<RunError> for Failure {
+    fn from(e: RunError) -> Self {
+        match e {
+            RunError::Simulate(e) => e.into(),
+            RunError::Io(_) => Self::Failed(e.to_string()),
+            RunError::Occupied { .. } | RunError::Usage(_) | RunError::Photometry(_) => Self::Input(e.to_string()),
+        }
+    }
+}
+
+impl From<io::Error> for Failure {
+    fn from(e: io::Error) -> Self {
+        if e.kind() == io::ErrorKind::BrokenPipe { Self::BrokenPipe } else { Self::Failed(e.to_string()) }
+    }
+}
+
+/// How much to say.
+pub(super) struct Talk {
+    quiet: bool,
+    verbose: bool,
+}
+
+impl Talk {
+    pub fn new(global: &Global) -> Self {
+        Self { quiet: global.quiet, verbose: global.verbose }
+    }
+
+    /// Something worth knowing.
+    pub fn say(&self, text: &str) {
+        if !self.quiet {
+            eprintln!("{text}");
+        }
+    }
+
+    /// Something for the curious.
+    pub fn detail(&self, text: &str) {
+        if self.verbose {
+            eprintln!("{text}");
+        }
+    }
+
+    /// Why it failed; said even when quiet.
+    pub fn error(&self, text: &str) {
+        eprintln!("error: {text}");
+    }
+
+    /// A progress bar over `total` steps; visible on a terminal only.
+    pub fn bar(&self, total: usize, what: &'static str) -> ProgressBar {
+        let target = if self.quiet || !io::stderr().is_terminal() {
+            ProgressDrawTarget::hidden()
+        } else {
+            ProgressDrawTarget::stderr()
+        };
+        let style = ProgressStyle::with_template("{msg:12} [{bar:30}] {pos}/{len} {elapsed}, {eta} left")
+            .unwrap_or_else(|_| ProgressStyle::default_bar());
+        ProgressBar::with_draw_target(Some(total as u64), target).with_style(style).with_message(what)
+    }
+}
+
+/// Load a scene with the command line's replacements.
+pub(super) fn load(scene: &str, global: &Global) -> Result<Scene, Failure> {
+    Ok(scene::load(scene, &Options { sets: &global.set, seed: global.seed })?)
+}
+
+/// Write data to stdout.
+pub(super) fn print(text: &str) -> Result<(), Failure> {
+    let mut out = io::stdout().lock();
+    out.write_all(text.as_bytes())?;
+    Ok(out.flush()?)
+}
+
+/// Write one JSON object to stdout.
+pub(super) fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
+    print(&format!("{value:#}\n"))
+}
+
+/// Seconds since the program began to ask.
+pub(super) fn clock() -> impl Fn() -> f64 {
+    let began = std::time::Instant::now();
+    move || began.elapsed().as_secs_f64()
+}

@@ -1,0 +1,10 @@
+//! Files of frames and tables. The only room that knows of FITS' counting from 1.
+
+pub mod atomic;
+pub mod checksum;
+pub mod ecsv;
+pub mod fits;
+pub mod header;
+pub mod image;
+pub mod labels;
+pub mod preview;

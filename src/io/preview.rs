@@ -1,0 +1,65 @@
+//! A picture of a frame for people: binned to at most 1024 pixels a side, north-up as stored (first row at the
+//! bottom, as DS9 shows it), stretched by asinh between the sky and the 99.9 % point.
+//!
+//! Value = asinh(s (v - low) / (high - low)) / asinh(s) with s = 20, low = median - 1.5 sigma (from quartiles) and high
+//! the 99.9 % point, at least low + 30 sigma.
+
+use image::codecs::png::PngEncoder;
+use image::{ExtendedColorType, ImageEncoder};
+use std::io;
+
+/// Largest side of a picture \[px\].
+const LARGEST: usize = 1024;
+/// Strength of the stretch.
+const STRETCH: f32 = 20.0;
+
+/// The PNG bytes of a frame's preview.
+///
+/// # Errors
+/// Whatever the encoder says.
+pub fn png(width: usize, height: usize, adu: &[u16]) -> io::Result<Vec<u8>> {
+    let bin = width.max(height).div_ceil(LARGEST).max(1);
+    let (columns, rows) = (width / bin, height / bin);
+    let mean = |x: usize, y: usize| {
+        let sum =
+            (0..bin * bin).map(|k| u32::from(adu[(y * bin + k / bin) * width + x * bin + k % bin])).sum::<u32>();
+        sum as f32 / (bin * bin) as f32
+    };
+    let binned = (0..rows).rev().flat_map(|y| (0..columns).map(move |x| mean(x, y))).collect::<Vec<_>>();
+    let (low, high) = limits(&binned);
+    let shade = |v: &f32| {
+        let share = ((v - low) / (high - low)).clamp(0.0, 1.0);
+        ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
+    };
+    let bytes = binned.iter().map(shade).collect::<Vec<_>>();
+    let mut out = Vec::new();
+    PngEncoder::new(&mut out)
+        .write_image(&bytes, columns as u32, rows as u32, ExtendedColorType::L8)
+        .map_err(io::Error::other)?;
+    Ok(out)
+}
+
+/// Black and white of the stretch.
+fn limits(values: &[f32]) -> (f32, f32) {
+    let mut sorted = values.to_vec();
+    sorted.sort_by(f32::total_cmp);
+    let at = |share: f64| sorted.get((share * (sorted.len().max(1) - 1) as f64) as usize).copied().unwrap_or(0.0);
+    let sigma = ((at(0.75) - at(0.25)) / 1.349).max(0.1);
+    let low = at(0.5) - 1.5 * sigma;
+    (low, at(0.999).max(low + 30.0 * sigma))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_are_png_of_at_most_1024_pixels() {
+        for (width, height) in [(1, 1), (30, 20), (2500, 3)] {
+            let bytes = png(width, height, &vec![1000; width * height]).expect("encodes");
+            assert_eq!(&bytes[1..4], b"PNG");
+            let side = u32::from_be_bytes([bytes[16], bytes[17], bytes[18], bytes[19]]);
+            assert!((1..=1024).contains(&side), "{side}");
+        }
+    }
+}

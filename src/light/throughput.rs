@@ -1,0 +1,119 @@
+//! From a spectrum to electrons: collecting area, optics, filter, detector, atmosphere.
+
+use super::curve::{Curve, CurveError, quadrature};
+use super::tables::{self, Kind};
+use crate::base::constants::{LIGHT_M_S, PLANCK_J_S};
+use crate::scene::Scene;
+use std::f64::consts::PI;
+
+/// Everything between a photon above the atmosphere and an electron in a pixel.
+#[derive(Debug, Clone)]
+pub struct Throughput {
+    /// Net collecting area \[m^2\], the central obstruction taken off.
+    pub area_m2: f64,
+    optics: f64,
+    filter: Curve,
+    qe: Curve,
+    extinction: Curve,
+}
+
+/// The rate of electrons from one spectrum as a function of airmass near one airmass: a parabola in the
+/// logarithm, exact to 1e-6 within 0.1 airmass.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct RateAtAirmass {
+    airmass: f64,
+    log_rate: f64,
+    slope: f64,
+    curvature: f64,
+}
+
+impl RateAtAirmass {
+    /// Electrons per second (and steradian, for a radiance) at `airmass`.
+    pub fn at(&self, airmass: f64) -> f64 {
+        let dx = airmass - self.airmass;
+        (self.log_rate + dx * (self.slope + 0.5 * dx * self.curvature)).exp()
+    }
+}
+
+impl Throughput {
+    /// The throughput of a scene's telescope, filter, detector and atmosphere.
+    ///
+    /// # Errors
+    /// [`CurveError`] for a table that cannot be read.
+    pub fn of(scene: &Scene) -> Result<Self, CurveError> {
+        let (outer, inner) = (scene.telescope.aperture_m, scene.telescope.obstruction_m);
+        Ok(Self {
+            area_m2: PI / 4.0 * (outer * outer - inner * inner),
+            optics: scene.telescope.throughput,
+            filter: tables::curve(Kind::Filter, &scene.telescope.filter)?,
+            qe: tables::curve(Kind::Qe, &scene.detector.qe)?,
+            extinction: tables::curve(Kind::Extinction, &scene.station.extinction)?,
+        })
+    }
+
+    /// Electrons per second from a spectrum \[W m^-2 nm^-1\] (per steradian from a radiance), dimmed by
+    /// `airmass` airmasses; 0 for light measured at the ground.
+    pub fn electrons_per_s(&self, spectrum: &Curve, airmass: f64) -> f64 {
+        let curves = [spectrum, &self.filter, &self.qe, &self.extinction];
+        let sum: f64 = quadrature(&curves)
+            .iter()
+            .map(|(nm, weight)| {
+                let dimmed = (-0.4 * std::f64::consts::LN_10 * self.extinction.at(*nm) * airmass).exp();
+                weight * nm * 1e-9 * spectrum.at(*nm) * self.filter.at(*nm) * self.qe.at(*nm) * dimmed
+            })
+            .sum();
+        self.area_m2 * self.optics * sum / (PLANCK_J_S * LIGHT_M_S)
+    }
+
+    /// The rate of a spectrum as a function of airmass about `airmass`.
+    pub fn rate_near(&self, spectrum: &Curve, airmass: f64) -> RateAtAirmass {
+        const STEP: f64 = 0.05;
+        let log = |dx: f64| self.electrons_per_s(spectrum, airmass + dx).max(f64::MIN_POSITIVE).ln();
+        let (below, here, above) = (log(-STEP), log(0.0), log(STEP));
+        RateAtAirmass {
+            airmass,
+            log_rate: here,
+            slope: (above - below) / (2.0 * STEP),
+            curvature: (above - 2.0 * here + below) / (STEP * STEP),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::units::flux_from_mag;
+    use crate::scene::Table;
+
+    fn throughput(qe: &str) -> Throughput {
+        let curve = |kind, name: &str| tables::curve(kind, &Table::Named(name.into())).expect("built in");
+        Throughput {
+            area_m2: 0.0760,
+            optics: 1.0,
+            filter: Curve::constant(1.0),
+            qe: curve(Kind::Qe, qe),
+            extinction: curve(Kind::Extinction, "kpno"),
+        }
+    }
+
+    /// Known answers for the Purdue station: V = 16 gives 331 e-/s with the net area, Krag's QE and KPNO air at
+    /// the zenith, V = 8 about 8.7e5 e-/s with the KAF-16803 estimate at 45 deg.
+    #[test]
+    fn electrons_of_a_solar_star() {
+        let star = tables::solar_of_v_zero();
+        let krag = throughput("krag2003").electrons_per_s(&star, 1.0) * flux_from_mag(16.0);
+        assert!((krag / 331.0 - 1.0).abs() < 0.01, "{krag}");
+        let kaf = throughput("kaf16803").electrons_per_s(&star, 2f64.sqrt()) * flux_from_mag(8.0);
+        assert!((kaf / 8.7e5 - 1.0).abs() < 0.03, "{kaf}");
+    }
+
+    #[test]
+    fn the_parabola_follows_the_integral() {
+        let (t, star) = (throughput("kaf16803"), tables::solar_of_v_zero());
+        let near = t.rate_near(&star, 1.3);
+        for airmass in [1.2, 1.25, 1.3, 1.4] {
+            let error = near.at(airmass) / t.electrons_per_s(&star, airmass) - 1.0;
+            assert!(error.abs() < 1e-6, "{airmass}: {error}");
+        }
+    }
+}

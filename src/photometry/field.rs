@@ -1,0 +1,80 @@
+//! Catalogue stars on a frame: where they draw, which stand alone, and how much light they give.
+
+use super::aperture::Segment;
+use super::frame::Frame;
+use glam::{DVec2, DVec3};
+
+/// A catalogue star.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct FieldStar {
+    /// Astrometric ICRS direction, unit vector.
+    pub direction: DVec3,
+    /// Johnson V magnitude.
+    pub mag_v: f64,
+}
+
+/// Most stars measured in a frame, the brightest ones.
+const MOST_STARS: usize = 300;
+
+/// The image of a catalogue star.
+#[derive(Debug, Clone, Copy)]
+pub struct Track {
+    /// Where it draws.
+    pub segment: Segment,
+    /// V magnitude.
+    pub mag_v: f64,
+    /// Radius within which it spoils a background \[px\].
+    pub reach_px: f64,
+}
+
+/// Images of stars that touch the frame, brightest first.
+pub fn tracks(frame: &Frame, stars: &[FieldStar], fwhm: f64) -> Vec<Track> {
+    let mut tracks = stars
+        .iter()
+        .filter(|s| s.mag_v.is_finite() && s.direction.is_finite())
+        .filter_map(|s| Some((frame.star_segment(s.direction)?, s.mag_v)))
+        .filter(|(segment, _)| {
+            let reach = segment.half.abs().max_element() + 8.0 * fwhm;
+            reach < 1e5 && frame.holds(segment.centre, -reach)
+        })
+        .map(|(segment, mag_v)| Track { segment, mag_v, reach_px: 0.0 })
+        .collect::<Vec<_>>();
+    tracks.sort_by(|a, b| a.mag_v.total_cmp(&b.mag_v));
+    let typical = tracks.get(tracks.len() / 2).map_or(0.0, |t| t.mag_v);
+    for track in &mut tracks {
+        track.reach_px = fwhm * (2.5 + 0.5 * (typical - track.mag_v)).clamp(1.5, 8.0);
+    }
+    tracks
+}
+
+/// Indices of the stars that stand alone: whole on the frame with a border of `margin` \[px\], nothing within
+/// `gap` \[px\] that could add half a per cent, nor the target.
+pub fn alone(frame: &Frame, tracks: &[Track], target: &Segment, margin: f64, gap: f64) -> Vec<usize> {
+    const NEGLIGIBLE_MAG: f64 = 5.75;
+    let whole = |s: &Segment| frame.holds(s.centre - s.half, margin) && frame.holds(s.centre + s.half, margin);
+    let clear = |i: usize| {
+        let star = &tracks[i];
+        let spoilt = |(j, other): (usize, &Track)| {
+            j != i && other.mag_v < star.mag_v + NEGLIGIBLE_MAG && near(&star.segment, &other.segment, gap)
+        };
+        !near(&star.segment, target, gap) && !tracks.iter().enumerate().any(spoilt)
+    };
+    (0..tracks.len()).filter(|i| whole(&tracks[*i].segment) && clear(*i)).take(MOST_STARS).collect()
+}
+
+/// Stars whose light reaches within `radius` \[px\] of a segment, without star `but`.
+pub fn around(tracks: &[Track], segment: &Segment, radius: f64, but: Option<usize>) -> Vec<Track> {
+    let others = tracks.iter().enumerate().filter(|(i, _)| Some(*i) != but).map(|(_, t)| *t);
+    others.filter(|t| near(segment, &t.segment, radius + t.reach_px)).collect()
+}
+
+/// True if a place lies in the light of one of these stars.
+pub fn covered(stars: &[Track], place: DVec2) -> bool {
+    stars.iter().any(|t| t.segment.distance(place) <= t.reach_px)
+}
+
+fn near(a: &Segment, b: &Segment, gap: f64) -> bool {
+    // bounding circles first
+    let limit = gap + a.half.length() + b.half.length();
+    (a.centre - b.centre).length_squared() <= limit * limit && a.gap(b) < gap
+}

@@ -1,0 +1,361 @@
+//! The frame's point spread function from the growth of light around its bright sources, and the enclosed
+//! shares that follow, with their uncertainty.
+//!
+//! Around each source the light is summed in rings about its segment (rings around points, pill-shaped ones
+//! around trails). A profile of one of the families of [`super::profile`] predicts these sums up to the
+//! source's flux and background, which are solved for source by source; chi-square over all sources is the
+//! profile's likelihood. Shape and width are not simply set to the best fit: the enclosed share is averaged
+//! over the posterior (flat in 1/beta, ln FWHM, and between the two families), so that what the frame
+//! does not tell about the wings appears as the share's uncertainty and widens the flux error honestly.
+//! Chi-square is scaled to the best fit's when that exceeds its degrees of freedom.
+
+use super::aperture::Segment;
+use super::frame::Frame;
+use super::profile::{Grid, Shape, share};
+use glam::DVec2;
+
+/// Share of a ring's light that a perfect profile may still miss: flat field, centring.
+const MODEL_FLOOR: f64 = 0.003;
+/// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
+pub const WING_FLOOR: f64 = 0.02;
+/// Widest wings considered: 1/beta.
+const MAX_INVERSE_BETA: f64 = 0.52;
+
+/// Sums of light in rings about a source.
+#[derive(Debug, Clone)]
+pub struct Rings {
+    /// Sums \[e\], background included.
+    pub sum_e: Vec<f64>,
+    /// Areas \[px\].
+    pub area_px: Vec<f64>,
+    /// Variance of a background pixel \[e^2\].
+    pub sky_variance: f64,
+    /// Length of the source \[px\].
+    pub length: f64,
+}
+
+/// Edges of the rings for images of about `fwhm` \[px\].
+pub fn ring_edges(fwhm: f64) -> Vec<f64> {
+    let mut edges = vec![0.0];
+    let mut edge = 0.0;
+    while edge < (8.0 * fwhm).max(12.0) {
+        edge += (0.25 * fwhm).max(0.7).max(0.15 * edge);
+        edges.push(edge);
+    }
+    edges
+}
+
+impl Rings {
+    /// The rings about `segment`; a pixel is spread evenly over its 3 x 3 parts. Pixels for which `masked` holds and
+    /// pixels that are no number are left out with their area.
+    pub fn gather(
+        frame: &Frame,
+        segment: &Segment,
+        edges: &[f64],
+        sky_variance: f64,
+        masked: impl Fn(DVec2) -> bool,
+    ) -> Self {
+        let n = edges.len() - 1;
+        let (mut sum_e, mut area_px) = (vec![0.0; n], vec![0.0; n]);
+        let reach = edges[n];
+        let bias = frame.bias_adu.unwrap_or(0.0);
+        segment.for_pixels(frame, reach + 0.5, |place, distance, value| {
+            if !value.is_finite() || masked(place) {
+                return;
+            }
+            let value_e = (value - bias) * frame.gain_e_adu;
+            let mut add = |d: f64, part: f64| {
+                let ring = edges.partition_point(|e| *e <= d);
+                if ring >= 1 && ring <= n {
+                    sum_e[ring - 1] += part * value_e;
+                    area_px[ring - 1] += part;
+                }
+            };
+            if distance > 0.6 * reach {
+                return add(distance, 1.0);
+            }
+            for j in -1..=1 {
+                for i in -1..=1 {
+                    let part = place + DVec2::new(f64::from(i), f64::from(j)) / 3.0;
+                    add(segment.distance(part), 1.0 / 9.0);
+                }
+            }
+        });
+        Self { sum_e, area_px, sky_variance, length: segment.length() }
+    }
+
+    /// Weights of the rings, 1 / variance, around a source of `flux` \[e\] with `shares` of light.
+    fn weights(&self, flux: f64, shares: &[f64]) -> Vec<f64> {
+        let light = shares.iter().map(|s| (flux * s).max(0.0));
+        let variance = self.area_px.iter().zip(light);
+        variance
+            .map(|(area, l)| {
+                let v = area * self.sky_variance + l + (MODEL_FLOOR * l).powi(2);
+                if *area > 0.0 && v > 0.0 { 1.0 / v } else { 0.0 }
+            })
+            .collect()
+    }
+
+    /// Flux, background and chi-square of each ring, for given shares and weights.
+    fn solve(&self, shares: &[f64], full_area: &[f64], weights: &[f64]) -> (f64, f64, Vec<f64>) {
+        let [mut ss, mut sa, mut aa, mut sy, mut ay] = [0.0; 5];
+        let rows = || {
+            let expected = shares.iter().zip(full_area).zip(&self.area_px);
+            // a masked ring holds its light in proportion
+            let model = expected.map(|((s, full), a)| (if *full > 0.0 { s * a / full } else { 0.0 }, *a));
+            model.zip(&self.sum_e).zip(weights)
+        };
+        for (((s, a), y), w) in rows() {
+            ss += w * s * s;
+            sa += w * s * a;
+            aa += w * a * a;
+            sy += w * s * y;
+            ay += w * a * y;
+        }
+        let det = ss * aa - sa * sa;
+        if det.is_nan() || det <= 1e-12 * ss * aa {
+            return (0.0, 0.0, vec![0.0; weights.len()]);
+        }
+        let flux = (sy * aa - ay * sa) / det;
+        let background = (ay * ss - sy * sa) / det;
+        let chi2 = rows().map(|(((s, a), y), w)| w * (y - flux * s - background * a).powi(2)).collect();
+        (flux, background, chi2)
+    }
+}
+
+/// One profile of the posterior.
+#[derive(Debug, Clone)]
+struct Component {
+    weight: f64,
+    profile: Vec<f64>,
+}
+
+/// The point spread function as far as the frame tells it.
+#[derive(Debug, Clone)]
+pub struct Psf {
+    grid: Grid,
+    components: Vec<Component>,
+    /// Full width at half maximum, before pixels blur it \[px\].
+    pub fwhm_px: f64,
+    /// The likeliest shape.
+    pub shape: Shape,
+}
+
+/// The light of a source inside an aperture, and its density in an annulus.
+#[derive(Debug, Clone)]
+pub struct ShareWeights(Vec<f64>);
+
+impl Psf {
+    /// Weights of the share that an aperture of `radius` collects from a source of `length` \[px\] beyond the
+    /// light that the annulus between `inner` and `outer` takes for background.
+    pub fn effective_weights(&self, radius: f64, [inner, outer]: [f64; 2], length: f64) -> ShareWeights {
+        let area = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
+        let ratio = area(radius) / (area(outer) - area(inner));
+        let mut weights = self.grid.share_weights(radius, length);
+        let beside =
+            self.grid.share_weights(outer, length).into_iter().zip(self.grid.share_weights(inner, length));
+        for (w, (o, i)) in weights.iter_mut().zip(beside) {
+            *w -= ratio * (o - i);
+        }
+        ShareWeights(weights)
+    }
+
+    /// Mean share and its standard deviation over the posterior, with the floor for unmodelled wings.
+    pub fn share(&self, weights: &ShareWeights) -> (f64, f64) {
+        let (mut mean, mut square) = (0.0, 0.0);
+        for component in &self.components {
+            let s = share(&weights.0, &component.profile);
+            mean += component.weight * s;
+            square += component.weight * s * s;
+        }
+        let spread = (square - mean * mean).max(0.0) + (WING_FLOOR * (1.0 - mean)).powi(2);
+        (mean, spread.sqrt())
+    }
+}
+
+/// A length class of the sources: weights and areas of each ring.
+struct Geometry {
+    rings: Vec<Vec<f64>>,
+    area: Vec<f64>,
+}
+
+/// The fit of one frame.
+struct Fit<'a> {
+    grid: Grid,
+    sources: Vec<(&'a Rings, usize, Vec<f64>)>,
+    geometries: Vec<Geometry>,
+    expected: (f64, f64),
+}
+
+impl Fit<'_> {
+    fn ring_shares(&self, profile: &[f64]) -> Vec<Vec<f64>> {
+        self.geometries.iter().map(|g| g.rings.iter().map(|w| share(w, profile)).collect()).collect()
+    }
+
+    /// chi-square of a profile, the expectation of its width included.
+    fn chi2(&self, shape: Shape, fwhm: f64) -> f64 {
+        let shares = self.ring_shares(&self.grid.profile(shape, fwhm));
+        let sources = self.sources.iter().map(|(rings, class, weights)| {
+            rings.solve(&shares[*class], &self.geometries[*class].area, weights).2.iter().sum::<f64>()
+        });
+        let (expected, width) = self.expected;
+        sources.sum::<f64>() + ((fwhm / expected).ln() / width).powi(2)
+    }
+
+    /// Best width of a shape near `start`, searched over a factor `span` to both sides: (fwhm, chi-square,
+    /// standard deviation of ln fwhm).
+    fn width(&self, shape: Shape, start: f64, span: f64) -> (f64, f64, f64) {
+        let chi2 = |x: f64| self.chi2(shape, x.exp());
+        let (middle, half) = (start.ln(), span.ln());
+        let steps = if span > 1.5 { 12 } else { 4 };
+        let grid = (0..=steps).map(|i| middle - half + 2.0 * half * f64::from(i) / f64::from(steps));
+        let best = grid.map(|x| (x, chi2(x))).fold((middle, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
+        let h = 2.0 * half / f64::from(steps);
+        let (x, y) = golden(best.0 - h, best.0 + h, 12, chi2);
+        let d = (0.02 * h).max(1e-3);
+        let curvature = (chi2(x + d) - 2.0 * y + chi2(x - d)) / (d * d);
+        let sigma = if curvature > 0.0 { (2.0 / curvature).sqrt() } else { self.expected.1 };
+        (x.exp(), y, sigma.clamp(1e-4, self.expected.1))
+    }
+
+    /// Weights from a reference profile, and rings and sources that no profile explains left out.
+    fn reweight(&mut self, shape: Shape, fwhm: f64, reject: bool) {
+        let shares = self.ring_shares(&self.grid.profile(shape, fwhm));
+        let mut quality = Vec::new();
+        let geometries = &self.geometries;
+        for (rings, class, weights) in &mut self.sources {
+            let (shares, area) = (&shares[*class], &geometries[*class].area);
+            for _ in 0..2 {
+                let (flux, _, _) = rings.solve(shares, area, weights);
+                *weights = rings.weights(flux, shares);
+            }
+            let mut chi2 = rings.solve(shares, area, weights).2;
+            if reject {
+                let typical = (chi2.iter().sum::<f64>() / chi2.len() as f64).clamp(1.0, 4.0);
+                for (w, c) in weights.iter_mut().zip(&mut chi2) {
+                    if *c > 16.0 * typical {
+                        (*w, *c) = (0.0, 0.0);
+                    }
+                }
+            }
+            quality.push(chi2.iter().sum::<f64>() / chi2.len().max(1) as f64);
+        }
+        if reject && quality.len() >= 4 {
+            let mut sorted = quality.clone();
+            sorted.sort_by(f64::total_cmp);
+            let limit = (4.0 * sorted[sorted.len() / 2]).max(4.0);
+            let mut keep = quality.into_iter().map(|q| q <= limit);
+            self.sources.retain(|_| keep.next().unwrap_or(false));
+        }
+    }
+}
+
+/// Golden-section minimum of `f` between `a` and `b` in `steps` steps: (place, value).
+fn golden(mut a: f64, mut b: f64, steps: usize, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    const G: f64 = 0.618_033_988_749_895;
+    let (mut c, mut d) = (b - G * (b - a), a + G * (b - a));
+    let (mut fc, mut fd) = (f(c), f(d));
+    for _ in 0..steps {
+        if fc < fd {
+            (b, d, fd) = (d, c, fc);
+            c = b - G * (b - a);
+            fc = f(c);
+        } else {
+            (a, c, fc) = (c, d, fd);
+            d = a + G * (b - a);
+            fd = f(d);
+        }
+    }
+    if fc < fd { (c, fc) } else { (d, fd) }
+}
+
+/// The posterior of the point spread function from the rings of bright sources. `expected` is the FWHM \[px\] and the
+/// standard deviation of its logarithm known beforehand; without sources it is all there is.
+pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -> Psf {
+    let grid = Grid::new(expected.0, reach);
+    let mut lengths: Vec<f64> = Vec::new();
+    let mut classes = Vec::new();
+    for source in sources {
+        // trails of a frame differ by field curvature: one length to a part in 200 serves all
+        let known = lengths.iter().position(|l| (l - source.length).abs() <= 0.005 * l);
+        classes.push(known.unwrap_or_else(|| {
+            lengths.push(source.length);
+            lengths.len() - 1
+        }));
+    }
+    let geometry = |length: &f64| {
+        let cumulative = edges.iter().map(|r| grid.share_weights(*r, *length)).collect::<Vec<_>>();
+        let area = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
+        Geometry {
+            rings: cumulative.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(b, a)| b - a).collect()).collect(),
+            area: edges.windows(2).map(|w| area(w[1]) - area(w[0])).collect(),
+        }
+    };
+    let geometries = lengths.iter().map(geometry).collect();
+    let flat = |s: &Rings| s.area_px.iter().map(|a| if *a > 0.0 { 1.0 / a } else { 0.0 }).collect::<Vec<_>>();
+    let sources = sources.iter().zip(classes).map(|(s, class)| (s, class, flat(s))).collect();
+    let mut fit = Fit { grid, sources, geometries, expected };
+    let seed = Shape::Moffat { inverse_beta: 0.25 };
+    let mut fwhm = expected.0;
+    for reject in [false, true] {
+        fit.reweight(seed, fwhm, false);
+        fwhm = fit.width(seed, fwhm, 3.0).0;
+        fit.reweight(seed, fwhm, reject);
+    }
+    posterior(fit, fwhm)
+}
+
+/// Average over 1/beta around the best Moffat profile, and over the families.
+fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
+    let moffat = |q: f64| Shape::Moffat { inverse_beta: q.clamp(0.0, MAX_INVERSE_BETA) };
+    let coarse = |fit: &Fit, fwhm: f64| {
+        let q = (0..=5).map(|i| 0.1 * f64::from(i));
+        let tried = q.map(|q| (q, fit.width(moffat(q), fwhm, 1.3)));
+        tried.fold((0.25, (fwhm, f64::INFINITY, 0.1)), |a, b| if b.1.1 < a.1.1 { b } else { a })
+    };
+    let (q, (width, ..)) = coarse(&fit, fwhm);
+    fwhm = width;
+    fit.reweight(moffat(q), fwhm, false);
+    let at = |q: f64| fit.width(moffat(q), fwhm, 1.15).1;
+    let (q, best) = golden((q - 0.1).max(0.0), (q + 0.1).min(MAX_INVERSE_BETA), 8, at);
+    let rows =
+        fit.sources.iter().map(|(_, _, w)| w.iter().filter(|w| **w > 0.0).count() as f64 - 2.0).sum::<f64>();
+    let kolmogorov = fit.width(Shape::Kolmogorov, fwhm, 1.3);
+    let scale = (best.min(kolmogorov.1) / (rows - 2.0).max(1.0)).max(1.0);
+    // where chi-square has risen by 1, on the side that is open
+    let side = if q > 0.25 { -1.0 } else { 1.0 };
+    let slope = [0.02, 0.1].map(|d| (at(q + side * d) - best).max(1e-3) / scale / (d * d));
+    let sigma = (1.0 / slope[0].min(slope[1]).max(1.0)).sqrt().clamp(0.002, 0.3);
+    let low = (q - 3.0 * sigma).max(0.0);
+    let high = (q + 3.0 * sigma).min(MAX_INVERSE_BETA);
+    const NODES: usize = 7;
+    let step = (high - low) / (NODES - 1) as f64;
+    let mut members = Vec::new();
+    for i in 0..NODES {
+        let shape = moffat(low + step * i as f64);
+        // each node stands for its part of the prior, uniform in 1/beta
+        members.push((shape, fit.width(shape, fwhm, 1.15), step / MAX_INVERSE_BETA));
+    }
+    members.push((Shape::Kolmogorov, kolmogorov, 1.0));
+    let least = members.iter().map(|m| m.1.1).fold(f64::INFINITY, f64::min);
+    let mut components = Vec::new();
+    let (mut total, mut likeliest) = (0.0, (0.0, Shape::Kolmogorov, fwhm));
+    for (shape, (width, chi2, sigma), prior) in members {
+        let weight = prior * (-0.5 * (chi2 - least) / scale).exp();
+        if weight > likeliest.0 {
+            likeliest = (weight, shape, width);
+        }
+        total += weight;
+        if weight > 1e-4 {
+            let sigma = (sigma * scale.sqrt()).min(fit.expected.1) * std::f64::consts::SQRT_2;
+            for (factor, part) in [(-sigma, 0.25), (0.0, 0.5), (sigma, 0.25)] {
+                let profile = fit.grid.profile(shape, width * factor.exp());
+                components.push(Component { weight: weight * part, profile });
+            }
+        }
+    }
+    let used: f64 = components.iter().map(|c| c.weight).sum();
+    components.iter_mut().for_each(|c| c.weight /= used.max(1e-300));
+    debug_assert!(total >= used);
+    Psf { grid: fit.grid, components, fwhm_px: likeliest.2, shape: likeliest.1 }
+}

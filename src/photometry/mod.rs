@@ -1,0 +1,400 @@
+//! Photometry: from a frame's pixels and header to the target's brightness, with honest errors.
+//!
+//! In: a [`Frame`] and the catalogue stars of its field. Out: one [`Measurement`], and a light curve of many.
+//! The steps, in the order of [`measure`]:
+//!
+//! 1. Stars are predicted at mid-exposure through the world coordinates; each draws a trail by the
+//!    frame's rate among the stars. Their common offset is found by matched filtering and applied.
+//! 2. The target is the significant source nearest its predicted place, centred by a windowed mean.
+//! 3. The point spread function is what the light growing around the bright, lonely stars (pills) and a
+//!    bright target (circle or pill) says, as a posterior over profiles ([`growth`]).
+//! 4. A flux is the sum within r of a point or segment, less the clipped mean beside it, divided by the
+//!    share of light that this collects: `F = (sum(w v) - B sum(w)) / S(r)`. Its variance in electrons is
+//!    `(F S + v sum(w^2) + v sum(w)^2 / n_B) / S^2 + (F sigma_S / S)^2`, v = background + RN^2 + gain^2/12.
+//! 5. r minimises this variance over a ladder of radii, so a bright target gets a wide aperture, whose correction is
+//!    small, and a faint one a narrow aperture. A radius that is asked for is used for target and stars.
+//! 6. The zero point is fitted to the stars ([`zeropoint`]); V = zp - 2.5 log10 F. The magnitude's error
+//!    adds the zero point's and scintillation (Young 1967, AJ 72, 747):
+//!    `0.09 D^(-2/3) X^1.75 exp(-h / 8000 m) / sqrt(2 t)`, D in cm, which the flux of this one exposure includes.
+
+pub mod aperture;
+pub mod background;
+pub mod centroid;
+pub mod detect;
+pub mod field;
+pub mod frame;
+pub mod growth;
+pub mod lightcurve;
+pub mod profile;
+mod single;
+#[cfg(test)]
+mod synthetic;
+#[cfg(test)]
+mod tests;
+pub mod zeropoint;
+
+pub use field::FieldStar;
+pub use frame::{Frame, PhotometryError};
+pub use lightcurve::{Geometry, borrow_zero_points, table};
+
+use crate::astro::time::Instant;
+use aperture::Segment;
+use field::Track;
+use glam::{DVec2, DVec3};
+use growth::{Psf, Rings};
+use single::{Aperture, Flux};
+use zeropoint::{MAG_PER_SHARE, StarFlux, ZeroPoint};
+
+/// Bits of `flags`.
+pub mod flag {
+    /// A pixel of the aperture is saturated.
+    pub const SATURATED: u32 = 1;
+    /// The aperture reaches beyond the frame.
+    pub const EDGE: u32 = 8;
+    /// A star's trail crosses the aperture.
+    pub const TRAIL_CROSSING: u32 = 16;
+    /// A catalogue star within the aperture or near it.
+    pub const NEIGHBOUR: u32 = 32;
+    /// The zero point is that of neighbours in time, or unknown.
+    pub const BORROWED_ZERO_POINT: u32 = 64;
+    /// Below 3 standard deviations.
+    pub const NOT_DETECTED: u32 = 128;
+    /// A pixel of the aperture is no number.
+    pub const BAD_PIXEL: u32 = 256;
+}
+
+/// Most sources used for the point spread function.
+const PSF_SOURCES: usize = 24;
+/// Signal-to-noise ratio above which a source tells of the point spread function.
+const PSF_SNR: f64 = 40.0;
+/// Stars that fix the common pointing offset.
+const SHIFT_STARS: usize = 12;
+
+/// How to measure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Settings {
+    /// Radius of circles and pills \[px\]; none: the best for each source.
+    pub aperture_px: Option<f64>,
+    /// Radius in which target and pointing error are searched \[px\]; below 0.5: places are taken as predicted.
+    pub search_px: f64,
+    /// Cell of the background mesh \[px\].
+    pub background_px: usize,
+    /// Fewer stars give no zero point.
+    pub min_stars: usize,
+    /// Relative scatter of the pixels' response that was not flattened out; 0 = flat.
+    pub flat_rms: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { aperture_px: None, search_px: 50.0, background_px: 64, min_stars: 5, flat_rms: 0.0 }
+    }
+}
+
+/// Where the target is expected.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Place {
+    /// At the header's RA, DEC.
+    Header,
+    /// At a pixel.
+    Pixel(DVec2),
+    /// At an astrometric ICRS direction.
+    Sky(DVec3),
+}
+
+/// One target in one exposure.
+#[derive(Debug, Clone)]
+pub struct Measurement {
+    /// Number of the frame, if its name tells.
+    pub frame: Option<u64>,
+    /// Name of the target (OBJECT).
+    pub object: String,
+    /// Mid-exposure.
+    pub time: Instant,
+    /// Exposure time \[s\].
+    pub exptime_s: f64,
+    /// Column \[px\], 0 at the centre of the first stored pixel.
+    pub x_px: f64,
+    /// Row \[px\].
+    pub y_px: f64,
+    /// Right ascension, astrometric ICRS \[deg\].
+    pub ra_deg: f64,
+    /// Declination, astrometric ICRS \[deg\].
+    pub dec_deg: f64,
+    /// Electrons of the whole exposure, over an endless plane.
+    pub flux_e: f64,
+    /// Their standard deviation \[e\].
+    pub flux_err_e: f64,
+    /// V magnitude outside the atmosphere; NaN for a flux that is not positive.
+    pub mag_v: f64,
+    /// Its standard deviation \[mag\].
+    pub mag_err: f64,
+    /// Magnitude of 1 electron in this exposure.
+    pub zeropoint_mag: f64,
+    /// Its standard deviation \[mag\].
+    pub zeropoint_err: f64,
+    /// Stars the zero point rests on.
+    pub n_stars: usize,
+    /// Background beside the target \[e/px\], above bias (above 0 adu if the bias is unknown).
+    pub background_e_px: f64,
+    /// Airmass by the header.
+    pub airmass: f64,
+    /// Relative scintillation expected of a point in this exposure; 0 if it cannot be told.
+    pub scintillation: f64,
+    /// Radius of the target's aperture \[px\].
+    pub aperture_px: f64,
+    /// Share of the target's light in it, less the light taken for background.
+    pub share: f64,
+    /// FWHM of a point's image \[px\].
+    pub fwhm_px: f64,
+    /// Bits of [`flag`].
+    pub flags: u32,
+}
+
+impl Measurement {
+    /// A row with nothing measured.
+    pub(crate) fn unmeasured(frame: &Frame) -> Self {
+        let nan = f64::NAN;
+        Self {
+            frame: frame.number,
+            object: frame.object.clone(),
+            time: frame.time,
+            exptime_s: frame.exptime_s,
+            airmass: frame.airmass.unwrap_or(nan),
+            scintillation: scintillation(frame),
+            x_px: nan,
+            y_px: nan,
+            ra_deg: nan,
+            dec_deg: nan,
+            flux_e: nan,
+            flux_err_e: nan,
+            mag_v: nan,
+            mag_err: nan,
+            zeropoint_mag: nan,
+            zeropoint_err: nan,
+            n_stars: 0,
+            background_e_px: nan,
+            aperture_px: nan,
+            share: nan,
+            fwhm_px: nan,
+            flags: 0,
+        }
+    }
+
+    /// Magnitude and error from flux and zero point.
+    fn set_magnitude(&mut self) {
+        (self.mag_v, self.mag_err) = (f64::NAN, f64::NAN);
+        if self.flux_e > 0.0 && self.zeropoint_mag.is_finite() {
+            self.mag_v = self.zeropoint_mag - 2.5 * self.flux_e.log10();
+            let relative = (self.flux_err_e / self.flux_e).hypot(self.scintillation);
+            self.mag_err = (MAG_PER_SHARE * relative).hypot(self.zeropoint_err);
+        }
+    }
+
+    /// Number of the frame, else its place in the table.
+    fn frame_or(&self, row: usize) -> i64 {
+        self.frame.and_then(|n| i64::try_from(n).ok()).unwrap_or(row as i64)
+    }
+
+    fn set_place(&mut self, frame: &Frame, place: DVec2) {
+        (self.x_px, self.y_px) = (place.x, place.y);
+        (self.ra_deg, self.dec_deg) = lightcurve::degrees(frame.wcs.sky(place));
+    }
+}
+
+/// Relative scintillation of a point in this exposure (Young 1967); 0 if the header does not tell enough.
+fn scintillation(frame: &Frame) -> f64 {
+    let (Some(d), Some(h), Some(x)) = (frame.aperture_mm, frame.elevation_m, frame.airmass) else { return 0.0 };
+    if frame.exptime_s <= 0.0 {
+        return 0.0;
+    }
+    0.09 * (d / 10.0).powf(-2.0 / 3.0) * x.powf(1.75) * (-h / 8000.0).exp() / (2.0 * frame.exptime_s).sqrt()
+}
+
+/// Measure the target of a frame. `trail_px` is the target's own motion on the frame during the exposure,
+/// zero when it is tracked.
+pub fn measure(
+    frame: &Frame,
+    stars: &[FieldStar],
+    place: &Place,
+    trail_px: DVec2,
+    settings: &Settings,
+) -> Measurement {
+    let mut row = Measurement::unmeasured(frame);
+    let fwhm = frame.expected_fwhm_px();
+    let tracks = field::tracks(frame, stars, fwhm);
+    let (tracks, shift) = shifted(frame, tracks, fwhm, settings);
+    let predicted = match place {
+        Place::Header => frame.wcs.pixel(frame.pointing).map(|p| p + shift),
+        Place::Sky(sky) => frame.wcs.pixel(*sky).map(|p| p + shift),
+        Place::Pixel(pixel) => Some(*pixel),
+    };
+    let half = if trail_px.is_finite() { 0.5 * trail_px } else { DVec2::ZERO };
+    let predicted = predicted.filter(|p| p.is_finite() && frame.holds(*p, 0.0));
+    let Some(predicted) = predicted.map(|centre| Segment { centre, half }) else {
+        row.flags |= flag::EDGE | flag::NOT_DETECTED | flag::BORROWED_ZERO_POINT;
+        return row;
+    };
+    let near = field::around(&tracks, &predicted, settings.search_px.clamp(0.0, 200.0) + 6.0 * fwhm, None);
+    let masked = |p| field::covered(&near, p);
+    let found = detect::target(frame, &predicted, fwhm, settings.search_px, settings.background_px, masked);
+    let target = found.map_or(predicted, |p| predicted.at(p));
+
+    let lonely = field::alone(frame, &tracks, &target, 5.0 * fwhm, 4.0 * fwhm);
+    let sources = bright_sources(frame, &tracks, &lonely, found.map(|_| target), fwhm);
+    let psf = point_spread(frame, &sources, fwhm);
+    let zero_point = stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
+    row.fwhm_px = psf.fwhm_px;
+    row.n_stars = zero_point.n_stars;
+    if zero_point.n_stars >= settings.min_stars.max(1) {
+        (row.zeropoint_mag, row.zeropoint_err) = (zero_point.mag, zero_point.err);
+    } else {
+        row.flags |= flag::BORROWED_ZERO_POINT;
+    }
+
+    let ladder = single::ladder(&psf, target.length(), settings.aperture_px);
+    let (mut flux, mut aperture) = single::best_flux(frame, &target, &ladder, &near, settings.flat_rms);
+    let mut segment = target;
+    if found.is_some() && (flux.flux_e < 3.0 * flux.err_e || flux.flux_e.is_nan()) {
+        // what was found is nothing: the predicted place is the better one
+        segment = predicted;
+        (flux, aperture) = single::best_flux(frame, &segment, &ladder, &near, settings.flat_rms);
+    }
+    row.set_place(frame, segment.centre);
+    row.set_flux(&flux, aperture);
+    row.flags |= crossings(&tracks, &segment, aperture, &zero_point, &flux);
+    row.set_magnitude();
+    row
+}
+
+impl Measurement {
+    fn set_flux(&mut self, flux: &Flux, aperture: &Aperture) {
+        (self.flux_e, self.flux_err_e, self.background_e_px) = (flux.flux_e, flux.err_e, flux.background_e_px);
+        (self.aperture_px, self.share) = (aperture.radius, aperture.share);
+        self.flags |= flux.flags;
+        if flux.flux_e.is_nan() || flux.flux_e < 3.0 * flux.err_e {
+            self.flags |= flag::NOT_DETECTED;
+        }
+    }
+}
+
+/// Stars at their places on the frame, and the common offset applied to them.
+fn shifted(frame: &Frame, mut tracks: Vec<Track>, fwhm: f64, settings: &Settings) -> (Vec<Track>, DVec2) {
+    let whole = tracks.iter().filter(|t| {
+        let (s, margin) = (t.segment, 2.0 * fwhm);
+        frame.holds(s.centre - s.half, margin) && frame.holds(s.centre + s.half, margin)
+    });
+    let brightest = whole.take(SHIFT_STARS).map(|t| t.segment).collect::<Vec<_>>();
+    let shift = detect::common_shift(frame, &brightest, fwhm, settings.search_px, settings.background_px);
+    for track in &mut tracks {
+        track.segment.centre += shift;
+    }
+    (tracks, shift)
+}
+
+/// Bright lonely stars and a bright target, centred: segment, background variance, stars beside.
+fn bright_sources(
+    frame: &Frame,
+    tracks: &[Track],
+    lonely: &[usize],
+    target: Option<Segment>,
+    fwhm: f64,
+) -> Vec<(Segment, f64, Vec<Track>)> {
+    let stars = lonely.iter().map(|i| (tracks[*i].segment, Some(*i)));
+    let mut sources = Vec::new();
+    for (segment, index) in target.map(|t| (t, None)).into_iter().chain(stars) {
+        if sources.len() > PSF_SOURCES {
+            break;
+        }
+        let beside = field::around(tracks, &segment, 10.0 * fwhm, index);
+        let crossed = beside.iter().any(|t| t.segment.gap(&segment) < 3.0 * fwhm);
+        let look = single::look(frame, &segment, fwhm, &beside);
+        if look.saturated || look.cut || crossed || look.snr.is_nan() || look.snr < PSF_SNR {
+            continue;
+        }
+        let limit = 0.75 * fwhm;
+        if let Some(place) = centroid::windowed(frame, &segment, fwhm, look.background_adu, limit) {
+            sources.push((segment.at(place), look.sky_variance, beside));
+        }
+    }
+    sources
+}
+
+/// The point spread function; fitted again on rings of its own size if the expected width was far off.
+fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expected: f64) -> Psf {
+    const WIDTH_UNKNOWN: f64 = 0.25;
+    let mut fwhm = expected;
+    for _ in 0..3 {
+        let edges = growth::ring_edges(fwhm);
+        let rings = sources.iter().map(|(segment, variance, beside)| {
+            Rings::gather(frame, segment, &edges, *variance, |p| field::covered(beside, p))
+        });
+        let rings = rings.collect::<Vec<_>>();
+        let psf = growth::fit(&rings, &edges, (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm);
+        let ratio = psf.fwhm_px / fwhm;
+        if (0.8..1.25).contains(&ratio) || sources.is_empty() || !ratio.is_finite() {
+            return psf;
+        }
+        fwhm = psf.fwhm_px.clamp(0.7, 40.0);
+    }
+    growth::fit(&[], &growth::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
+}
+
+/// The zero point from lonely stars.
+fn stars_zero_point(
+    frame: &Frame,
+    tracks: &[Track],
+    lonely: &[usize],
+    psf: &Psf,
+    scintillation: f64,
+    settings: &Settings,
+) -> ZeroPoint {
+    let Some(first) = lonely.first() else { return ZeroPoint::NONE };
+    let ladder = single::ladder(psf, tracks[*first].segment.length(), settings.aperture_px);
+    let mut fluxes = Vec::new();
+    let mut doubt: Vec<f64> = Vec::new();
+    for index in lonely {
+        let mut segment = tracks[*index].segment;
+        let beside = field::around(tracks, &segment, 10.0 * psf.fwhm_px, Some(*index));
+        let look = single::look(frame, &segment, psf.fwhm_px, &beside);
+        if look.saturated {
+            continue;
+        }
+        if look.snr > 20.0 {
+            let centred =
+                centroid::windowed(frame, &segment, psf.fwhm_px, look.background_adu, 0.75 * psf.fwhm_px);
+            segment = centred.map_or(segment, |p| segment.at(p));
+        }
+        let (flux, aperture) = single::best_flux(frame, &segment, &ladder, &beside, settings.flat_rms);
+        if flux.flags == 0 && flux.flux_e.is_finite() {
+            doubt.push(aperture.doubt / aperture.share);
+            // the share's uncertainty is common to all stars: it is added once, below
+            let own =
+                (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
+            fluxes.push(StarFlux { mag_v: tracks[*index].mag_v, flux_e: flux.flux_e, flux_err_e: own });
+        }
+    }
+    doubt.sort_by(f64::total_cmp);
+    let common = doubt.get(doubt.len() / 2).copied().unwrap_or(0.0);
+    let fit = zeropoint::fit(&fluxes, scintillation);
+    ZeroPoint { err: fit.err.hypot(MAG_PER_SHARE * common), ..fit }
+}
+
+/// Flags of stars across the aperture and beside it, as far as their light matters.
+fn crossings(tracks: &[Track], target: &Segment, aperture: &Aperture, zero_point: &ZeroPoint, flux: &Flux) -> u32 {
+    let mut flags = 0;
+    for track in field::around(tracks, target, aperture.annulus[0], None) {
+        let light = 10f64.powf(0.4 * (zero_point.mag - track.mag_v));
+        if light < 0.1 * flux.err_e {
+            continue;
+        }
+        let gap = track.segment.gap(target);
+        if gap < aperture.radius + 0.5 * aperture.fwhm && track.segment.length() > 1.0 {
+            flags |= flag::TRAIL_CROSSING;
+        }
+        if gap < aperture.annulus[0] {
+            flags |= flag::NEIGHBOUR;
+        }
+    }
+    flags
+}

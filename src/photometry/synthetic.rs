@@ -1,0 +1,128 @@
+//! Frames drawn for the tests, by another road than the camera's: sub-sampled pixels, origin by origin.
+
+use super::aperture::Segment;
+use super::frame::Frame;
+use super::profile::Shape;
+use crate::astro::direction;
+use crate::astro::time::Instant;
+use crate::base::random::{Address, Stage};
+use crate::base::sample::{normal, poisson};
+use crate::base::units::ARCSEC;
+use crate::plan::wcs::Wcs;
+use glam::{DMat2, DVec2};
+
+/// What draws a frame.
+#[derive(Debug, Clone)]
+pub struct Camera {
+    pub shape: Shape,
+    pub fwhm: f64,
+    pub sky_e: f64,
+    pub read_noise_e: f64,
+    pub gain: f64,
+    pub bias_adu: f64,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        let shape = Shape::Moffat { inverse_beta: 0.0 };
+        Self { shape, fwhm: 3.0, sky_e: 7.0, read_noise_e: 10.0, gain: 1.5, bias_adu: 1000.0 }
+    }
+}
+
+/// A source drawn.
+#[derive(Debug, Clone, Copy)]
+pub struct Source {
+    pub segment: Segment,
+    pub flux_e: f64,
+}
+
+pub const SCALE_ARCSEC: f64 = 0.725;
+
+/// A frame of one value.
+pub fn blank(width: usize, height: usize, value: f32) -> Frame {
+    let cd = DMat2::from_cols(DVec2::new(-SCALE_ARCSEC * ARCSEC, 0.0), DVec2::new(0.0, SCALE_ARCSEC * ARCSEC));
+    let crpix = DVec2::new(width as f64 - 1.0, height as f64 - 1.0) * 0.5;
+    Frame {
+        width,
+        height,
+        data: vec![value; width * height],
+        wcs: Wcs::new(1.4, 0.1, crpix, cd, None),
+        time: Instant::from_utc("2018-01-15T04:00:00").expect("a date"),
+        exptime_s: 5.0,
+        gain_e_adu: 1.5,
+        read_noise_e: Some(10.0),
+        saturate_adu: 65_535.0,
+        bias_adu: Some(1000.0),
+        airmass: None,
+        aperture_mm: None,
+        elevation_m: None,
+        pointing: direction(1.4, 0.1),
+        track_rad_s: DVec2::ZERO,
+        seeing_arcsec: Some(3.0 * SCALE_ARCSEC),
+        object: "TEST".to_owned(),
+        number: None,
+    }
+}
+
+/// Mean electrons of sources: each pixel by n x n sub-pixels, each trail by origins 1/4 px apart.
+pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[Source]) -> Vec<f64> {
+    let mut mean = vec![camera.sky_e; width * height];
+    for source in sources {
+        let origins = (source.segment.length() * 3.0).ceil().max(1.0) as usize;
+        // far wings as coarse as they are smooth
+        let reach = 14.0 * camera.fwhm;
+        let s = &source.segment;
+        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { 5i32 } else { 1 };
+        let extent = s.half.abs() + DVec2::splat(reach);
+        let clip = |v: f64, n: usize| (v.max(0.0) as usize).min(n);
+        for y in clip(s.centre.y - extent.y, height)..clip(s.centre.y + extent.y + 1.0, height) {
+            for x in clip(s.centre.x - extent.x, width)..clip(s.centre.x + extent.x + 1.0, width) {
+                let place = DVec2::new(x as f64, y as f64);
+                let distance = s.distance(place);
+                if distance > reach {
+                    continue;
+                }
+                let n = sub(distance);
+                let part = 1.0 / f64::from(n);
+                let mut sum = 0.0;
+                for k in 0..origins {
+                    let t = (k as f64 + 0.5) / origins as f64 * 2.0 - 1.0;
+                    let origin = s.centre + s.half * t;
+                    if origins > 1 && (place - origin).length() > reach {
+                        continue;
+                    }
+                    for j in 0..n {
+                        for i in 0..n {
+                            let offset = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) * part - 0.5;
+                            sum += camera.shape.intensity((place + offset - origin).length() / camera.fwhm);
+                        }
+                    }
+                }
+                let scale = part * part / (origins as f64 * camera.fwhm * camera.fwhm);
+                mean[y * width + x] += source.flux_e * sum * scale;
+            }
+        }
+    }
+    mean
+}
+
+/// Shot noise, read noise, gain and quantisation.
+pub fn develop(camera: &Camera, width: usize, height: usize, seed: u64, mean: &[f64]) -> Frame {
+    let mut frame = blank(width, height, 0.0);
+    let shot = Address { seed, frame: 1, stage: Stage::Shot };
+    let read = Address { seed, frame: 1, stage: Stage::Read };
+    for (pixel, (value, mean)) in frame.data.iter_mut().zip(mean).enumerate() {
+        let pixel = pixel as u64;
+        let electrons = poisson(&shot, pixel, *mean) + camera.read_noise_e * normal(&read, pixel);
+        *value = (electrons / camera.gain + camera.bias_adu).round().clamp(0.0, 65_535.0) as f32;
+    }
+    frame.gain_e_adu = camera.gain;
+    frame.bias_adu = Some(camera.bias_adu);
+    frame.read_noise_e = Some(camera.read_noise_e);
+    frame
+}
+
+/// Draw and develop.
+pub fn expose(camera: &Camera, width: usize, height: usize, seed: u64, sources: &[Source]) -> Frame {
+    develop(camera, width, height, seed, &mean_electrons(camera, width, height, sources))
+}

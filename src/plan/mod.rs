@@ -1,0 +1,21 @@
+//! Planning: where the frame points, what its pixels see, and whether an exposure is worth taking.
+
+pub mod constraints;
+pub mod place;
+pub mod pointing;
+pub mod table;
+pub mod view;
+pub mod wcs;
+
+use crate::astro;
+
+/// What can go wrong while planning.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// The sky cannot be computed.
+    #[error(transparent)]
+    Astro(#[from] astro::Error),
+    /// The frame has nothing to point at.
+    #[error("pointing.at = \"target\" needs a [[target]]")]
+    NoTarget,
+}

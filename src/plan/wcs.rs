@@ -1,0 +1,159 @@
+//! The frame's pixel convention and its world coordinates, stated once.
+//!
+//! Pixel centres lie at integers; (0, 0) is the centre of the first stored pixel, x along a row. World
+//! coordinates are the gnomonic (TAN) projection of Calabretta & Greisen 2002, A&A 395, 1077, with the linear
+//! part of everything that bends the field (scale, rotation, differential aberration and refraction) in the
+//! CD matrix, and the quadratic part as SIP polynomials (Shupe et al. 2005, ASP Conf. 347, 491) where it
+//! exceeds [`SIP_NEEDED_PX`] in a corner. The frame is drawn through this same mapping.
+
+use crate::astro::{angles, direction};
+use glam::{DMat2, DVec2, DVec3};
+
+/// Distortion in a corner above which the quadratic terms are kept \[px\].
+pub const SIP_NEEDED_PX: f64 = 0.02;
+
+/// Quadratic distortion: added to the pixel offset (u, v) before the CD matrix; columns u^2, u v, v^2.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sip {
+    /// A_2_0, A_1_1, A_0_2 \[1/px\].
+    pub a: [f64; 3],
+    /// B_2_0, B_1_1, B_0_2 \[1/px\].
+    pub b: [f64; 3],
+}
+
+impl Sip {
+    fn shift(&self, p: DVec2) -> DVec2 {
+        let powers = [p.x * p.x, p.x * p.y, p.y * p.y];
+        let sum = |c: &[f64; 3]| c[0] * powers[0] + c[1] * powers[1] + c[2] * powers[2];
+        DVec2::new(sum(&self.a), sum(&self.b))
+    }
+}
+
+/// World coordinates of a frame.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Wcs {
+    /// Astrometric ICRS direction of the reference pixel.
+    pub centre: DVec3,
+    /// Reference pixel, 0-based.
+    pub crpix: DVec2,
+    /// Pixel offset to intermediate world coordinates (xi east, eta north) \[rad/px\].
+    pub cd: DMat2,
+    /// Quadratic distortion, if it matters.
+    pub sip: Option<Sip>,
+}
+
+/// East and north unit vectors at a direction; at a pole, those of right ascension 0.
+pub fn east_north(centre: DVec3) -> (DVec3, DVec3) {
+    let (ra, dec) = angles(centre);
+    let north = DVec3::new(-dec.sin() * ra.cos(), -dec.sin() * ra.sin(), dec.cos());
+    (DVec3::new(-ra.sin(), ra.cos(), 0.0), north)
+}
+
+impl Wcs {
+    /// World coordinates from right ascension and declination of the reference pixel \[rad\].
+    pub fn new(ra: f64, dec: f64, crpix: DVec2, cd: DMat2, sip: Option<Sip>) -> Self {
+        Self { centre: direction(ra, dec), crpix, cd, sip }
+    }
+
+    /// World coordinates of the exact map `sky` from pixel offsets about `crpix` to astrometric directions,
+    /// expanded to second order over offsets up to `half_size` \[px\].
+    pub fn from_map(crpix: DVec2, half_size: DVec2, sky: impl Fn(DVec2) -> DVec3) -> Self {
+        let centre = sky(DVec2::ZERO).normalize();
+        let (east, north) = east_north(centre);
+        let plane = |p: DVec2| {
+            let d = sky(p);
+            DVec2::new(d.dot(east), d.dot(north)) / d.dot(centre)
+        };
+        let h = half_size * 0.5;
+        let at = |x: f64, y: f64| plane(DVec2::new(x * h.x, y * h.y));
+        let dx = (at(1.0, 0.0) - at(-1.0, 0.0)) / (2.0 * h.x);
+        let dy = (at(0.0, 1.0) - at(0.0, -1.0)) / (2.0 * h.y);
+        let cd = DMat2::from_cols(dx, dy);
+        let to_pixels = cd.inverse();
+        let xx = to_pixels * (at(1.0, 0.0) + at(-1.0, 0.0)) / (2.0 * h.x * h.x);
+        let yy = to_pixels * (at(0.0, 1.0) + at(0.0, -1.0)) / (2.0 * h.y * h.y);
+        let xy = to_pixels * (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h.x * h.y);
+        let sip = Sip { a: [xx.x, xy.x, yy.x], b: [xx.y, xy.y, yy.y] };
+        let corners = [(1.0, 1.0), (1.0, -1.0)].map(|(x, y)| sip.shift(half_size * DVec2::new(x, y)).length());
+        let needed = corners.into_iter().fold(0.0, f64::max) > SIP_NEEDED_PX;
+        Self { centre, crpix, cd, sip: needed.then_some(sip) }
+    }
+
+    /// Right ascension and declination of the reference pixel \[rad\].
+    pub fn crval(&self) -> (f64, f64) {
+        angles(self.centre)
+    }
+
+    /// Side of a pixel at the reference pixel \[rad\]: the square root of its solid angle.
+    pub fn pixel_scale(&self) -> f64 {
+        self.cd.determinant().abs().sqrt()
+    }
+
+    /// Astrometric ICRS unit vector of a pixel.
+    pub fn sky(&self, pixel: DVec2) -> DVec3 {
+        let offset = pixel - self.crpix;
+        let offset = offset + self.sip.map_or(DVec2::ZERO, |sip| sip.shift(offset));
+        let plane = self.cd * offset;
+        let (east, north) = east_north(self.centre);
+        (self.centre + east * plane.x + north * plane.y).normalize()
+    }
+
+    /// Pixel of an astrometric ICRS direction; none behind the tangent plane or more than 80 deg off.
+    pub fn pixel(&self, sky: DVec3) -> Option<DVec2> {
+        let depth = sky.dot(self.centre) / sky.length();
+        if depth.is_nan() || depth < 0.17 {
+            return None;
+        }
+        let (east, north) = east_north(self.centre);
+        let plane = DVec2::new(sky.dot(east), sky.dot(north)) / sky.dot(self.centre);
+        let undistorted = self.cd.inverse() * plane;
+        let mut offset = undistorted;
+        if let Some(sip) = self.sip {
+            // the distortion is below a per cent of the offset: each step gains at least two digits
+            for _ in 0..12 {
+                offset = undistorted - sip.shift(offset);
+            }
+        }
+        Some(offset + self.crpix)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::base::units::ARCSEC;
+
+    fn pixel_map(quadratic: f64) -> Wcs {
+        let (east, north) = east_north(direction(1.0, 0.5));
+        let scale = 0.725 * ARCSEC;
+        Wcs::from_map(DVec2::splat(2047.5), DVec2::splat(2048.0), |p| {
+            let q = p + DVec2::new(quadratic * p.x * p.y, -quadratic * p.x * p.x);
+            (direction(1.0, 0.5) - east * q.x * scale + north * q.y * scale).normalize()
+        })
+    }
+
+    #[test]
+    fn sky_and_pixel_are_inverse() {
+        for wcs in [pixel_map(0.0), pixel_map(1e-7)] {
+            for p in [DVec2::ZERO, DVec2::new(4095.0, 17.25), DVec2::splat(2047.5), DVec2::new(-1e4, 3e4)] {
+                let back = wcs.pixel(wcs.sky(p)).expect("in front");
+                assert!((back - p).length() < 1e-6, "{p} {back}");
+            }
+        }
+    }
+
+    #[test]
+    fn quadratic_terms_are_kept_only_where_they_matter() {
+        assert!(pixel_map(1e-9).sip.is_none());
+        let sip = pixel_map(1e-7).sip.expect("0.4 px in the corner");
+        assert!((sip.a[1] - 1e-7).abs() < 1e-10 && (sip.b[0] + 1e-7).abs() < 1e-10);
+    }
+
+    #[test]
+    fn east_is_left_and_the_scale_is_kept() {
+        let wcs = pixel_map(0.0);
+        assert!(wcs.cd.x_axis.x < 0.0 && wcs.cd.y_axis.y > 0.0);
+        assert!((wcs.pixel_scale() / ARCSEC - 0.725).abs() < 1e-9);
+        assert!(wcs.pixel(-wcs.centre).is_none() && wcs.pixel(DVec3::NAN).is_none());
+    }
+}

@@ -1,0 +1,139 @@
+//! From frames to a light curve: read, find the stars of the field, measure, borrow, tabulate.
+//!
+//! A scene only predicts where to look and fills in geometry; the numbers come from pixels and headers.
+
+use super::RunError;
+use crate::base::table::Table;
+use crate::io::image::{Image, ReadError};
+use crate::photometry::{
+    FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
+};
+use crate::plan::view::{Planner, View};
+use crate::scene::Scene;
+use crate::simulate::SimulateError;
+use crate::stars::catalogue::Catalogue;
+use glam::DVec2;
+use rayon::prelude::*;
+use std::io;
+use std::path::PathBuf;
+
+impl From<ReadError> for RunError {
+    fn from(e: ReadError) -> Self {
+        Self::Io(io::Error::other(e))
+    }
+}
+
+/// What to measure.
+pub struct Job<'j> {
+    /// The frames.
+    pub frames: &'j [PathBuf],
+    /// Where the target is expected, if no scene tells.
+    pub place: Place,
+    /// The scene the frames belong to, if known.
+    pub scene: Option<&'j Scene>,
+    /// Catalogue of the zero point's stars.
+    pub catalogue: &'j Catalogue,
+    /// How to measure.
+    pub settings: Settings,
+    /// Called when a frame is measured.
+    pub done: &'j (dyn Fn() + Sync),
+}
+
+/// A measured light curve.
+#[derive(Debug)]
+pub struct LightCurve {
+    /// One row a target and frame, in the order of time.
+    pub measurements: Vec<Measurement>,
+    /// The table of `lightcurve.ecsv`.
+    pub table: Table,
+}
+
+/// Settings of the scene's `[photometry]`.
+pub fn settings(scene: &Scene) -> Settings {
+    let p = &scene.photometry;
+    Settings {
+        aperture_px: p.aperture_px,
+        search_px: p.search_px,
+        background_px: p.background_px,
+        min_stars: p.min_stars,
+        ..Settings::default()
+    }
+}
+
+/// Measure frames.
+///
+/// # Errors
+/// [`RunError`] for frames that cannot be read or lack an essential keyword.
+pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
+    let planner = job.scene.map(Planner::new).transpose().map_err(SimulateError::from)?;
+    let per_frame = job
+        .frames
+        .par_iter()
+        .map(|path| {
+            let frame = Frame::from_image(Image::read(path)?)?;
+            let rows = measure_frame(&frame, job, planner.as_ref());
+            (job.done)();
+            rows
+        })
+        .collect::<Result<Vec<_>, RunError>>()?;
+    let mut rows = per_frame.into_iter().flatten().collect::<Vec<_>>();
+    rows.sort_by(|a, b| a.0.time.epoch().cmp(&b.0.time.epoch()));
+    let (mut measurements, geometry): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
+    borrow_zero_points(&mut measurements);
+    let geometry = geometry.into_iter().collect::<Option<Vec<_>>>();
+    let table = table(&measurements, geometry.as_deref());
+    Ok(LightCurve { measurements, table })
+}
+
+type Row = (Measurement, Option<Geometry>);
+
+fn measure_frame(frame: &Frame, job: &Job, planner: Option<&Planner>) -> Result<Vec<Row>, RunError> {
+    let stars = field_stars(frame, job.catalogue);
+    let Some((planner, scene)) = planner.zip(job.scene) else {
+        return Ok(vec![(measure(frame, &stars, &job.place, DVec2::ZERO, &job.settings), None)]);
+    };
+    let view = matching_view(planner, scene, frame)?;
+    let rows = scene.target.iter().zip(&view.targets).map(|(target, seen)| {
+        let place = match job.place {
+            Place::Header => Place::Sky(seen.place.astrometric),
+            other => other,
+        };
+        let pixel = |wcs: &crate::plan::wcs::Wcs, icrs| wcs.pixel(icrs);
+        let trail = pixel(&view.wcs.end, seen.start_end[1]).zip(pixel(&view.wcs.start, seen.start_end[0]));
+        let trail = trail.map_or(DVec2::ZERO, |(end, start)| end - start);
+        let geometry = Geometry {
+            target: target.name.clone(),
+            airmass: seen.airmass,
+            phase_deg: seen.light.phase.to_degrees(),
+            range_km: seen.place.range_m / 1e3,
+            sun: seen.light.to_sun.to_array(),
+            obs: seen.light.to_observer.to_array(),
+        };
+        (measure(frame, &stars, &place, trail, &job.settings), Some(geometry))
+    });
+    Ok(rows.collect())
+}
+
+/// The exposure of the scene whose middle is nearest to the frame's.
+fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View, RunError> {
+    let exposures = &scene.exposures;
+    let first = crate::astro::time::Instant::new(exposures.start).plus(0.5 * exposures.duration_s);
+    let number = (frame.time.since(&first) / exposures.cadence_s.max(1e-9)).round().max(0.0);
+    let number = (number as usize).min(exposures.count.saturating_sub(1));
+    Ok(planner.view(number).map_err(SimulateError::from)?)
+}
+
+/// Catalogue stars that can be on the frame.
+fn field_stars(frame: &Frame, catalogue: &Catalogue) -> Vec<FieldStar> {
+    let size = DVec2::new(frame.width as f64, frame.height as f64);
+    let centre = frame.wcs.sky((size - 1.0) / 2.0);
+    let radius = [DVec2::ZERO, size, DVec2::new(size.x, 0.0), DVec2::new(0.0, size.y)]
+        .map(|corner| crate::astro::separation(frame.wcs.sky(corner), centre))
+        .into_iter()
+        .fold(0.0, f64::max);
+    catalogue
+        .cone(centre, 1.1 * radius, f64::INFINITY)
+        .iter()
+        .map(|s| FieldStar { direction: s.direction, mag_v: s.mag_v })
+        .collect()
+}

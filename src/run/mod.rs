@@ -1,0 +1,136 @@
+//! A scene's output directory: what is written where, what is kept, what is refused.
+
+pub mod frames;
+pub mod lightcurve;
+pub mod tables;
+
+use crate::io::atomic;
+use crate::photometry::PhotometryError;
+use crate::scene::{self, Options, Scene};
+use crate::simulate::SimulateError;
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+/// What can go wrong while writing a scene's output.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// The directory holds something else.
+    #[error("{dir} holds {what}; choose another directory with -o, or replace it with --force")]
+    Occupied {
+        /// The directory.
+        dir: String,
+        /// What it holds.
+        what: String,
+    },
+    /// A value on the command line does not fit the scene.
+    #[error("{0}")]
+    Usage(String),
+    /// The file system refuses.
+    #[error(transparent)]
+    Io(#[from] io::Error),
+    /// The simulation fails.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// The measurement fails.
+    #[error(transparent)]
+    Photometry(#[from] PhotometryError),
+}
+
+/// A scene's output directory, made ready.
+#[derive(Debug, Clone)]
+pub struct OutputDir {
+    path: PathBuf,
+}
+
+impl OutputDir {
+    /// Make `path` ready for `scene`: create it, or take up an earlier run of the same scene (same SCENESHA) whose
+    /// finished frames are kept. Anything else is refused unless `force`, which removes what a run writes.
+    ///
+    /// # Errors
+    /// [`RunError::Occupied`], or whatever the file system says.
+    pub fn prepare(path: &Path, scene: &Scene, force: bool) -> Result<Self, RunError> {
+        let dir = Self { path: path.to_owned() };
+        if path.is_file() {
+            return Err(RunError::Occupied {
+                dir: path.display().to_string(),
+                what: "a file, no directory".into(),
+            });
+        }
+        let empty = fs::read_dir(path).map_or(true, |mut entries| entries.next().is_none());
+        if !empty {
+            let same = dir.scene_sha().is_some_and(|sha| sha == scene.sha256());
+            if !same && !force {
+                let what = if dir.scene_file().exists() { "the output of another scene" } else { "other files" };
+                return Err(RunError::Occupied { dir: path.display().to_string(), what: what.into() });
+            }
+            if force {
+                dir.clear()?;
+            }
+        }
+        fs::create_dir_all(dir.frames())?;
+        let inputs = dir.path.join("inputs");
+        for input in scene.inputs() {
+            fs::create_dir_all(&inputs)?;
+            let bytes = fs::read(&input.path)?;
+            atomic::write(&inputs.join(&input.name), &bytes)?;
+        }
+        atomic::write(&dir.scene_file(), scene.to_toml().as_bytes())?;
+        Ok(dir)
+    }
+
+    /// SCENESHA of the scene that lies here, if one does.
+    fn scene_sha(&self) -> Option<String> {
+        let text = fs::read_to_string(self.scene_file()).ok()?;
+        let scene = scene::load_str(&text, "scene.toml", Some(&self.path), &Options::default()).ok()?;
+        Some(scene.sha256())
+    }
+
+    /// Remove everything a run writes.
+    fn clear(&self) -> io::Result<()> {
+        for name in ["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "lightcurve.ecsv"] {
+            remove_if_there(fs::remove_file(self.path.join(name)))?;
+        }
+        for name in ["frames", "planes", "stars", "previews", "inputs"] {
+            remove_if_there(fs::remove_dir_all(self.path.join(name)))?;
+        }
+        Ok(())
+    }
+
+    /// The directory itself.
+    pub fn path(&self) -> &Path {
+        &self.path
+    }
+
+    /// A file in the directory.
+    pub fn file(&self, name: &str) -> PathBuf {
+        self.path.join(name)
+    }
+
+    fn scene_file(&self) -> PathBuf {
+        self.file("scene.toml")
+    }
+
+    fn frames(&self) -> PathBuf {
+        self.file("frames")
+    }
+
+    /// The file of one frame.
+    pub fn frame(&self, number: usize) -> PathBuf {
+        self.frames().join(format!("{number:04}.fits"))
+    }
+
+    /// The file of one plane, preview or star table.
+    fn numbered(&self, folder: &str, stem: &str, number: usize, extension: &str) -> io::Result<PathBuf> {
+        let folder = self.file(folder);
+        fs::create_dir_all(&folder)?;
+        Ok(folder.join(format!("{stem}{number:04}.{extension}")))
+    }
+}
+
+fn remove_if_there(result: io::Result<()>) -> io::Result<()> {
+    match result {
+        Err(e) if e.kind() == io::ErrorKind::NotFound => Ok(()),
+        other => other,
+    }
+}

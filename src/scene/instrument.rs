@@ -1,0 +1,149 @@
+//! Station, telescope and detector as the program sees them. A field bears the name and the unit of its key.
+
+use std::path::PathBuf;
+
+/// A curve or catalogue: one that is built in, or a file.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Table {
+    /// A built-in one, by name (`"none"` included).
+    Named(String),
+    /// A file, existing when the scene was loaded.
+    File(PathBuf),
+}
+
+/// `[station]`: the site and the air above it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Station {
+    /// Name of the site.
+    pub name: String,
+    /// Geodetic latitude on WGS 84, degrees.
+    pub latitude_deg: f64,
+    /// Longitude, degrees east, -180 to 360.
+    pub longitude_deg: f64,
+    /// Height above the WGS 84 ellipsoid, metres.
+    pub height_m: f64,
+    /// Air pressure at the site, hPa; 0 = no refraction.
+    pub pressure_hpa: f64,
+    /// Air temperature at the site, degrees Celsius.
+    pub temperature_c: f64,
+    /// Relative humidity, 0 to 1.
+    pub humidity: f64,
+    /// Full width at half maximum of the seeing at zenith and 550 nm, arcseconds.
+    pub seeing_arcsec: f64,
+    /// Artificial part of the zenith luminance, mcd/m^2; 0 = none.
+    pub artificial_zenith_mcd_m2: f64,
+    /// Extinction curve: wavelength in nm, magnitudes per airmass.
+    pub extinction: Table,
+    /// Horizon: pairs of azimuth and lowest elevation in degrees, azimuth ascending, linear between.
+    pub horizon_deg: Vec<[f64; 2]>,
+    /// Whether scintillation is simulated.
+    pub scintillation: bool,
+}
+
+/// `[telescope]`: the optics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Telescope {
+    /// Diameter of the aperture, metres.
+    pub aperture_m: f64,
+    /// Diameter of the central obstruction, metres; 0 = none.
+    pub obstruction_m: f64,
+    /// Arcseconds per stored pixel at the centre; follows from the focal length where that is what was given.
+    pub plate_scale_arcsec: f64,
+    /// Focal length, metres; follows from the plate scale where that is what was given.
+    pub focal_length_m: f64,
+    /// Share of light that mirrors, glass and losses pass on, without QE, obstruction, atmosphere and filter.
+    pub throughput: f64,
+    /// Filter: wavelength in nm, transmission.
+    pub filter: Table,
+    /// Position angle of the +y axis, degrees from north through east.
+    pub position_angle_deg: f64,
+    /// False: east is to the left when north is up.
+    pub mirrored: bool,
+    /// Shape of a star's image.
+    pub psf: Psf,
+    /// Exponent of the Moffat profile; of use with [`Psf::Moffat`] only.
+    pub moffat_beta: f64,
+    /// Share of light lost in the corner.
+    pub vignetting: f64,
+    /// Distortion: `none` or a file of SIP coefficients.
+    pub sip: Table,
+}
+
+/// Shape of a star's image.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Psf {
+    /// A Gaussian of the seeing's width.
+    Gaussian,
+    /// A Moffat profile of exponent `moffat_beta`.
+    Moffat,
+    /// Diffraction by the obstructed aperture.
+    Airy,
+    /// Long-exposure turbulence.
+    Kolmogorov,
+    /// An image in a FITS file.
+    Image(PathBuf),
+}
+
+/// `[detector]`: the chip and its electronics.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Detector {
+    /// Width and height in unbinned pixels.
+    pub size_px: [usize; 2],
+    /// Side of an unbinned pixel, micrometres.
+    pub pixel_um: f64,
+    /// Kind of chip.
+    pub kind: Chip,
+    /// On-chip binning factor.
+    pub binning: usize,
+    /// Quantum efficiency: wavelength in nm, electrons per photon.
+    pub qe: Table,
+    /// Gain, electrons per ADU.
+    pub gain_e_per_adu: f64,
+    /// Read noise, electrons rms.
+    pub read_noise_e: f64,
+    /// Dark current per pixel at `dark_temperature_c`, electrons per second.
+    pub dark_e_per_s: f64,
+    /// Temperature at which `dark_e_per_s` holds, degrees Celsius.
+    pub dark_temperature_c: f64,
+    /// Temperature of the chip, degrees Celsius.
+    pub temperature_c: f64,
+    /// Warming that doubles the dark current, kelvin.
+    pub dark_doubling_c: f64,
+    /// Bias level, ADU.
+    pub bias_adu: f64,
+    /// Rms of a fixed bias pattern, ADU.
+    pub bias_structure_adu: f64,
+    /// Full well, electrons.
+    pub full_well_e: f64,
+    /// Bits of the converter.
+    pub bits: u32,
+    /// Pixel response non-uniformity, rms share.
+    pub prnu: f64,
+    /// Dark signal non-uniformity, rms share.
+    pub dsnu: f64,
+    /// Share of pixels that are hot.
+    pub hot_pixel_fraction: f64,
+    /// Whether charge above full well runs along the column.
+    pub blooming: bool,
+    /// Cosmic rays per square centimetre and second.
+    pub cosmic_rays_per_cm2_s: f64,
+    /// Share of charge lost per transfer.
+    pub cti: f64,
+    /// Departure from a straight line at full well, share.
+    pub nonlinearity: f64,
+    /// Overscan columns.
+    pub overscan_px: usize,
+    /// Travel time of the shutter, seconds; 0 = ideal.
+    pub shutter_s: f64,
+    /// Seed of the chip's fixed patterns.
+    pub pattern_seed: u64,
+}
+
+/// Kind of chip.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Chip {
+    /// Charge-coupled device: one amplifier.
+    Ccd,
+    /// Active pixels with a rolling shutter.
+    Cmos,
+}

@@ -1,0 +1,235 @@
+//! Every table and key of a scene file. A row: path, kind and range, unit, default, meaning; a row that ends
+//! in `later()` is accepted at its default only, one with `when` only beside that value of its sibling.
+
+use super::schema::{Given, Given::*, Key, Kind, Kind::*};
+
+const fn key(path: &'static str, kind: Kind, unit: &'static str, given: Given, doc: &'static str) -> Key {
+    Key::new(path, kind, unit, given, doc)
+}
+
+const fn table(path: &'static str, kind: Kind, doc: &'static str) -> Key {
+    Key::table(path, kind, doc)
+}
+
+const BIG: f64 = 1e12;
+const COUNT: i64 = 1_000_000_000;
+const QE: &[&str] = &["kaf16803", "krag2003", "e2v230_84", "andor_dw936", "thx7899m"];
+const AXES: &[&str] = &["earth", "sun", "velocity", "observer"];
+const ATTITUDES: &[&str] = &["inertial", "spin", "nadir", "sun", "aligned", "tumble", "table"];
+const MODELS: &[&str] = &["auto", "convex", "nonconvex", "little", "ikeuchi", "nicolet", "draft"];
+const EXTINCTION: &[&str] = &["kpno", "ctio", "krag2003"];
+
+/// Every table and key, in the order of a resolved scene.
+#[rustfmt::skip]
+pub(super) static KEYS: &[Key] = &[
+    key("schema_version", Int(1, 1), "", Is("1"), "version of this format"),
+    key("name", Text, "", From("\"my-night\"", "the file's stem"), "name of the scene"),
+    key("seed", Int(0, i64::MAX), "", Is("1"), "of every random number; --seed replaces it"),
+
+    table("station", Section, "the site and the air above it"),
+    key("station.preset", Preset, "", Optional("\"pogs\""), "fills [station], [telescope] and [detector]; any key written here or there wins"),
+    key("station.name", Text, "", Is("\"unnamed\""), "name of the site"),
+    key("station.latitude_deg", Real(-90.0, 90.0), "deg", Must("32.9"), "geodetic on WGS 84, north +"),
+    key("station.longitude_deg", Real(-180.0, 360.0), "deg", Must("-105.533333"), "east +"),
+    key("station.height_m", Real(-500.0, 100_000.0), "m", Must("2225.0"), "above the ellipsoid"),
+    key("station.pressure_hpa", Real(0.0, 1200.0), "hPa", From("780.0", "the standard atmosphere at height_m"), "air pressure at the site; 0 = no refraction"),
+    key("station.temperature_c", Real(-100.0, 100.0), "deg C", Is("10.0"), "air temperature at the site"),
+    key("station.humidity", Real(0.0, 1.0), "", Is("0.5"), "relative humidity"),
+    key("station.seeing_arcsec", Above(0.0, 60.0), "arcsec", Must("2.2"), "FWHM at zenith, 550 nm; the frame's is this x airmass^0.6"),
+    key("station.artificial_zenith_mcd_m2", Real(0.0, 1e6), "mcd/m^2", Is("0.0"), "zenith luminance, artificial part alone; 0 = none"),
+    key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve"),
+    key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),
+    key("station.scintillation", Flag, "", Is("true"), "log-normal, Young/Osborn; left out where negligible"),
+
+    table("telescope", Section, "the optics"),
+    key("telescope.aperture_m", Above(0.0, 100.0), "m", Must("0.3556"), "diameter"),
+    key("telescope.obstruction_m", Real(0.0, 100.0), "m", Is("0.0"), "diameter of the central obstruction; 0 = none"),
+    key("telescope.plate_scale_arcsec", Above(0.0, 3600.0), "arcsec/px", Must("0.725447016"), "per pixel; or give focal_length_m"),
+    key("telescope.focal_length_m", Above(0.0, 10_000.0), "m", Must("2.559"), "instead of plate_scale_arcsec"),
+    key("telescope.throughput", Above(0.0, 1.0), "", Must("0.5"), "mirrors, glass, losses; without QE, obstruction, atmosphere, filter"),
+    key("telescope.filter", WordOrFile(&["none", "V", "G"], &["B", "R", "I"], "a CSV of nm, transmission", true), "", Is("\"none\""), "filter"),
+    key("telescope.position_angle_deg", Real(-360.0, 360.0), "deg", Is("0.0"), "of the +y axis, from north through east"),
+    key("telescope.mirrored", Flag, "", Is("false"), "false: east to the left when north is up"),
+    key("telescope.psf", WordOrFile(&["gaussian", "moffat"], &["airy", "kolmogorov"], "a FITS image", false), "", Is("\"moffat\""), "shape of a star's image"),
+    key("telescope.moffat_beta", Above(1.0, 100.0), "", Is("3.0"), "exponent of the Moffat profile").when("psf", "moffat"),
+    key("telescope.vignetting", Real(0.0, 1.0), "", Is("0.0"), "share of light lost in the corner").later(),
+    key("telescope.sip", WordOrFile(&["none"], &[], "a file of SIP coefficients", false), "", Is("\"none\""), "distortion"),
+
+    table("detector", Section, "the chip and its electronics"),
+    key("detector.size_px", Size, "px", Must("[4096, 4096]"), "width, height; one integer = a square"),
+    key("detector.pixel_um", Above(0.0, 1000.0), "um", Must("9.0"), "side of a pixel"),
+    key("detector.kind", Word(&["ccd"], &["cmos"]), "", Is("\"ccd\""), "cmos: rolling shutter, per-pixel read noise and gain"),
+    key("detector.binning", Int(1, 64), "", Is("1"), "on-chip for \"ccd\"; size_px counts unbinned pixels").later(),
+    key("detector.qe", WordOrFile(QE, &[], "a CSV of nm, QE", true), "", Must("\"kaf16803\""), "quantum efficiency"),
+    key("detector.gain_e_per_adu", Above(0.0, 1e6), "e-/ADU", Must("1.5"), "gain"),
+    key("detector.read_noise_e", Real(0.0, 1e6), "e-", Must("10.0"), "read noise, rms"),
+    key("detector.dark_e_per_s", Real(0.0, 1e9), "e-/s/px", Must("0.05"), "dark current at dark_temperature_c"),
+    key("detector.dark_temperature_c", Real(-273.15, 100.0), "deg C", Is("-20.0"), "where dark_e_per_s holds"),
+    key("detector.temperature_c", Real(-273.15, 100.0), "deg C", Is("-20.0"), "of the chip; DARKCUR is the rate at this one"),
+    key("detector.dark_doubling_c", Above(0.0, 100.0), "deg C", Is("6.3"), "warming that doubles the dark current"),
+    key("detector.bias_adu", Real(0.0, 1e9), "ADU", Is("1000.0"), "bias level"),
+    key("detector.bias_structure_adu", Real(0.0, 1e6), "ADU", Is("0.0"), "rms of a fixed pattern").later(),
+    key("detector.full_well_e", Above(0.0, BIG), "e-", Must("100000.0"), "full well"),
+    key("detector.bits", IntOf(&[8, 10, 12, 14, 16], &[32]), "", Is("16"), "of the converter"),
+    key("detector.prnu", Real(0.0, 1.0), "", Is("0.0"), "pixel response non-uniformity, rms share; 0 = off").later(),
+    key("detector.dsnu", Real(0.0, 10.0), "", Is("0.0"), "dark signal non-uniformity, rms share; 0 = off").later(),
+    key("detector.hot_pixel_fraction", Real(0.0, 1.0), "", Is("0.0"), "share of hot pixels").later(),
+    key("detector.blooming", Flag, "", Is("false"), "charge above full well runs along the column").later(),
+    key("detector.cosmic_rays_per_cm2_s", Real(0.0, 1e6), "1/cm^2/s", Is("0.0"), "cosmic rays").later(),
+    key("detector.cti", Real(0.0, 1.0), "", Is("0.0"), "charge lost per transfer, share").later(),
+    key("detector.nonlinearity", Real(-1.0, 1.0), "", Is("0.0"), "at full well, share").later(),
+    key("detector.overscan_px", Int(0, 4096), "px", Is("0"), "overscan columns").later(),
+    key("detector.shutter_s", Real(0.0, 60.0), "s", Is("0.0"), "travel time of the shutter; 0 = ideal").later(),
+    key("detector.pattern_seed", Int(0, i64::MAX), "", Is("1"), "of the chip's fixed patterns; a chip keeps it from night to night"),
+
+    table("pointing", Section, "where the frame's centre is at every mid-exposure"),
+    key("pointing.at", Word(&["target", "radec", "azel"], &[]), "", From("\"target\"", "\"target\" where there is one"), "what is pointed at"),
+    key("pointing.target", Text, "", Optional("\"GOES 14\""), "which target; the first unless named").when("at", "target"),
+    key("pointing.ra_deg", Real(-360.0, 360.0), "deg", Must("83.0"), "ICRS, as in the WCS").when("at", "radec"),
+    key("pointing.dec_deg", Real(-90.0, 90.0), "deg", Must("8.0"), "ICRS, as in the WCS").when("at", "radec"),
+    key("pointing.az_deg", Real(-360.0, 360.0), "deg", Must("190.0"), "apparent azimuth, from north through east").when("at", "azel"),
+    key("pointing.el_deg", Real(-90.0, 90.0), "deg", Must("51.0"), "apparent elevation").when("at", "azel"),
+    key("pointing.offset_px", Reals(2, -1e6, 1e6), "px", Is("[0.0, 0.0]"), "of the place pointed at, from the centre"),
+
+    table("exposures", Section, "when the shutter is open, and how the mount moves meanwhile"),
+    key("exposures.start", Time, "UTC", Must("2018-01-20T03:00:00Z"), "shutter opens for frame 0"),
+    key("exposures.count", Int(1, COUNT), "", Is("1"), "number of exposures"),
+    key("exposures.cadence_s", Real(0.0, 1e9), "s", From("2700.0", "duration_s"), "from opening to opening; at least duration_s"),
+    key("exposures.duration_s", Real(0.0, 1e6), "s", Must("5.0"), "open shutter; 0 = instantaneous, for plan and lightcurve"),
+    key("exposures.track", Word(&["target", "sidereal", "fixed", "rates"], &[]), "", From("\"target\"", "\"target\" where there is one, else \"sidereal\""), "motion while the shutter is open"),
+    key("exposures.rate_arcsec_s", Reals(2, -1e6, 1e6), "arcsec/s", Must("[15.04, 0.0]"), "(d RA/dt) cos Dec, d Dec/dt").when("track", "rates"),
+    key("exposures.only_observable", Flag, "", Is("false"), "true: exposures that [plan] refuses are skipped"),
+
+    table("plan", Section, "what `observable` means"),
+    key("plan.min_el_deg", Real(-90.0, 90.0), "deg", Is("10.0"), "lowest elevation of the target"),
+    key("plan.max_sun_el_deg", Real(-90.0, 90.0), "deg", Is("-12.0"), "highest elevation of the Sun"),
+    key("plan.min_moon_sep_deg", Real(0.0, 180.0), "deg", Is("10.0"), "least distance from the Moon"),
+    key("plan.sunlit", Flag, "", Is("true"), "whether the target must be lit"),
+    key("plan.limit_mag_v", Real(-30.0, 40.0), "mag", Optional("16.0"), "faintest target"),
+    key("plan.min_snr", Real(0.0, 1e9), "", Optional("5.0"), "least signal-to-noise ratio").later(),
+
+    table("target[]", Many, "an object in orbit; write one [[target]] for each"),
+    key("target[].name", Text, "", Must("\"GOES 14\""), "unique name"),
+    key("target[].shape", Text, "", Optional("\"shapes/boxwing.obj\""), "OBJ or STL in metres, or \"box\", \"sphere\", \"cylinder\", \"plate\" with shape_size_m").later(),
+    key("target[].shape_size_m", Reals(3, 0.0, 1e6), "m", Optional("[1.0, 1.0, 1.0]"), "size of a built-in shape").later(),
+    key("target[].shape_scale", Real(0.0, 1e6), "", Optional("1.0"), "factor on the shape's size").later(),
+    table("target[].orbit", Section, "where it is: one of tle, omm, oem, state, kepler, fixed"),
+    key("target[].orbit.tle", Tle, "", Must("[\"1 35491U ...\", \"2 35491 ...\"]"), "two-line elements, or a file"),
+    key("target[].orbit.omm", Path, "", Optional("\"sat.json\""), "orbit mean-elements message: KVN, XML or JSON").later(),
+    key("target[].orbit.oem", Path, "", Optional("\"sat.oem\""), "orbit ephemeris message").later(),
+    table("target[].orbit.fixed", Maybe, "a fixed place, topocentric astrometric ICRS"),
+    key("target[].orbit.fixed.ra_deg", Real(-360.0, 360.0), "deg", Must("83.0"), "right ascension"),
+    key("target[].orbit.fixed.dec_deg", Real(-90.0, 90.0), "deg", Must("8.0"), "declination"),
+    key("target[].orbit.fixed.range_km", Above(0.0, BIG), "km", Optional("38000.0"), "distance; without it the target is never in shadow"),
+    table("target[].orbit.state", Maybe, "a state vector").later(),
+    key("target[].orbit.state.epoch", Time, "UTC", Must("2018-01-15T00:00:00Z"), "epoch"),
+    key("target[].orbit.state.frame", Word(&["gcrs"], &[]), "", Is("\"gcrs\""), "axes"),
+    key("target[].orbit.state.position_km", Reals(3, -BIG, BIG), "km", Must("[42164.0, 0.0, 0.0]"), "position"),
+    key("target[].orbit.state.velocity_km_s", Reals(3, -3e5, 3e5), "km/s", Must("[0.0, 3.0747, 0.0]"), "velocity"),
+    table("target[].orbit.kepler", Maybe, "osculating elements").later(),
+    key("target[].orbit.kepler.epoch", Time, "UTC", Must("2018-01-15T00:00:00Z"), "epoch"),
+    key("target[].orbit.kepler.frame", Word(&["gcrs"], &[]), "", Is("\"gcrs\""), "axes"),
+    key("target[].orbit.kepler.a_km", Above(0.0, BIG), "km", Must("42164.0"), "semi-major axis"),
+    key("target[].orbit.kepler.e", Real(0.0, 1.0), "", Must("0.0002"), "eccentricity"),
+    key("target[].orbit.kepler.i_deg", Real(0.0, 180.0), "deg", Must("0.05"), "inclination"),
+    key("target[].orbit.kepler.raan_deg", Real(-360.0, 360.0), "deg", Must("0.0"), "right ascension of the ascending node"),
+    key("target[].orbit.kepler.argp_deg", Real(-360.0, 360.0), "deg", Must("0.0"), "argument of perigee"),
+    key("target[].orbit.kepler.mean_anomaly_deg", Real(-360.0, 360.0), "deg", Must("9.0"), "mean anomaly"),
+    table("target[].brightness", Maybe, "how bright it is, unless it has a shape"),
+    key("target[].brightness.mag_v", Real(-30.0, 40.0), "mag", Must("11.8"), "outside the atmosphere while lit, at any range and phase"),
+    table("target[].material", Maybe, "of faces whose MTL group names none").later(),
+    key("target[].material.brdf", Text, "", Is("\"lambert\""), "\"lambert\", \"phong\", \"phong-draft\", \"blinn-phong\", \"cook-torrance\", \"oren-nayar\", \"ashikhmin-shirley\", \"mirror\" or a preset"),
+    key("target[].material.diffuse", Real(0.0, 1.0), "", Is("0.6"), "C_d: lambert f = C_d/pi"),
+    key("target[].material.specular", Real(0.0, 1.0), "", Is("0.0"), "C_s: blinn-phong f += C_s (n+2)/(8 pi) (N.H)^n"),
+    key("target[].material.exponent", Real(0.0, 1e6), "", Is("20.0"), "n"),
+    table("target[].material.group", Named, "the same keys for one OBJ group, [target.material.group.NAME]"),
+    key("target[].material.group.*.brdf", Text, "", Is("\"lambert\""), "as in [target.material]"),
+    key("target[].material.group.*.diffuse", Real(0.0, 1.0), "", Is("0.6"), "as in [target.material]"),
+    key("target[].material.group.*.specular", Real(0.0, 1.0), "", Is("0.0"), "as in [target.material]"),
+    key("target[].material.group.*.exponent", Real(0.0, 1e6), "", Is("20.0"), "as in [target.material]"),
+    table("target[].attitude", Maybe, "how it turns").later(),
+    key("target[].attitude.mode", Word(ATTITUDES, &[]), "", Must("\"spin\""), "kind of motion"),
+    key("target[].attitude.quaternion", Reals(4, -1.0, 1.0), "", Optional("[1.0, 0.0, 0.0, 0.0]"), "scalar first, body to ICRS components; spin and tumble: at epoch"),
+    key("target[].attitude.axis", Reals(3, -BIG, BIG), "", Optional("[0.0, 0.0, 1.0]"), "ICRS components, right-handed"),
+    key("target[].attitude.period_s", Above(0.0, 1e9), "s", Optional("9700.0"), "of one turn"),
+    key("target[].attitude.phase_deg", Real(-360.0, 360.0), "deg", Optional("0.0"), "turn already made at epoch"),
+    key("target[].attitude.epoch", Time, "UTC", Optional("2018-01-15T04:00:00Z"), "exposures.start unless given"),
+    key("target[].attitude.inertia_kg_m2", Reals(3, 0.0, BIG), "kg m^2", Optional("[1.0, 2.0, 3.0]"), "tumble: principal moments"),
+    key("target[].attitude.rate_deg_s", Reals(3, -1e6, 1e6), "deg/s", Optional("[0.0, 0.0, 1.0]"), "tumble: in body axes"),
+    key("target[].attitude.file", Path, "", Optional("\"attitude.csv\""), "table: time_utc, q0, q1, q2, q3"),
+    key("target[].attitude.point_body", Reals(3, -BIG, BIG), "", Optional("[0.0, 0.0, 1.0]"), "aligned: this body axis to point_to"),
+    key("target[].attitude.point_to", Word(AXES, &[]), "", Optional("\"earth\""), "aligned: where point_body goes"),
+    key("target[].attitude.turn_body", Reals(3, -BIG, BIG), "", Optional("[1.0, 0.0, 0.0]"), "aligned: this body axis as near turn_to as it goes"),
+    key("target[].attitude.turn_to", Word(AXES, &[]), "", Optional("\"sun\""), "aligned: where turn_body goes"),
+
+    table("sky", Section, "diffuse light; a number is V mag/arcsec^2 of solar colour at the ground, the same over the frame"),
+    key("sky.airglow", WordOrReal(&["auto", "off", "krag"], &["palace"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "light of the upper atmosphere"),
+    key("sky.pollution", WordOrReal(&["auto", "off"], &["draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered artificial light"),
+    key("sky.twilight", WordOrReal(&["auto", "off", "patat"], &["yoachim", "draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered sunlight"),
+    key("sky.starlight", WordOrReal(&["auto", "off"], &[], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "stars fainter than stars.limit_mag_v only"),
+    key("sky.moonlight", WordOrReal(&["auto", "off", "krisciunas-schaefer"], &["rolo", "draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered moonlight"),
+    key("sky.zodiacal", WordOrReal(&["auto", "off", "leinert"], &["roach"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "sunlight from interplanetary dust"),
+    key("sky.f107_sfu", Real(0.0, 1000.0), "sfu", Is("130.0"), "solar radio flux at 10.7 cm").later(),
+    key("sky.tilt", Reals(2, -1.0, 1.0), "", Is("[0.0, 0.0]"), "of sources given as numbers: relative half-amplitude across x, y"),
+
+    table("stars", Section, "stars drawn one by one"),
+    key("stars.enabled", Flag, "", Is("true"), "false: none are drawn"),
+    key("stars.catalog", WordOrFile(&["tycho2", "none"], &[], "a file made by `catalog import`", true), "", Is("\"tycho2\""), "catalogue"),
+    key("stars.synthetic", Flag, "", Is("true"), "fill beyond the catalogue from counts"),
+    key("stars.limit_mag_v", WordOrReal(&["auto"], &[], -30.0, 60.0), "mag", Is("\"auto\""), "drawn down to here; \"auto\" follows accuracy.omit"),
+    key("stars.random_count", Int(0, COUNT), "", Is("0"), "benchmark fields: so many stars at random places instead of catalog and synthetic"),
+    key("stars.random_mag_v", Reals(2, -30.0, 60.0), "mag", Is("[8.0, 17.0]"), "brightest, faintest; dN/dm ~ 10^(0.35 m)"),
+    key("stars.random_seed", Int(0, i64::MAX), "", Is("1"), "of the random stars"),
+
+    table("photometry", Section, "how light curves are measured from frames"),
+    key("photometry.method", Word(&["aperture"], &["optimal", "joint"]), "", Is("\"aperture\""), "estimator of the flux"),
+    key("photometry.aperture_px", WordOrReal(&["auto"], &[], 0.5, 10_000.0), "px", Is("\"auto\""), "radius; a pill where something trails"),
+    key("photometry.search_px", Above(0.0, 1e5), "px", Is("50.0"), "about the place predicted, or the frame's centre"),
+    key("photometry.background_px", Int(4, 65_536), "px", Is("64"), "mesh of the background"),
+    key("photometry.min_stars", Int(1, 1_000_000), "", Is("5"), "fewer: zero point borrowed from neighbours in time, flagged"),
+
+    table("inversion", Section, "how shapes are sought in light curves"),
+    key("inversion.enabled", Flag, "", Is("false"), "whether `run` goes on to the shape").later(),
+    key("inversion.model", Word(MODELS, &[]), "", Is("\"auto\""), "method"),
+    key("inversion.brdf", WordOrTable(&["as-target", "fit"], "target[].material"), "", Is("\"as-target\""), "or a table as [target.material]"),
+    key("inversion.attitude", WordOrTable(&["as-target", "scan-pole"], "target[].attitude"), "", Is("\"as-target\""), "or a table as [target.attitude]"),
+    key("inversion.truth", Path, "", Optional("\"shapes/boxwing.obj\""), "only compared with"),
+    key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs"),
+
+    table("accuracy", Section, "tolerances; every one has a measured default"),
+    key("accuracy.omit", Real(0.0, 1.0), "", Is("0.01"), "a source below this share of a pixel's noise is left out"),
+    key("accuracy.brightness", Above(0.0, 1.0), "", Is("1e-4"), "relative, shape and time integration together").later(),
+    key("accuracy.sky", Above(0.0, 1.0), "", Is("1e-3"), "relative, of the field's representation"),
+    key("accuracy.psf", Above(0.0, 0.5), "", Is("1e-4"), "share of flux outside the drawn stamp"),
+    key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "error of a trail's path"),
+    key("accuracy.position_mas", Above(0.0, 1e6), "mas", Is("1.0"), "error of a computed place").later(),
+
+    table("output", Section, "what is written; changes no pixel and not SCENESHA"),
+    key("output.format", Words(&["fits", "png"], &["fits.fz", "exr"]), "", Is("[\"fits\"]"), "of the frames"),
+    key("output.planes", Words(&["mean", "variance"], &[]), "", Is("[]"), "planes/mean_NNNN.fits, variance_NNNN.fits: f32 electrons"),
+    key("output.star_table", Flag, "", Is("false"), "stars/stars_NNNN.ecsv: the stars drawn, their places and electrons"),
+    key("output.crop", Crop, "px", Is("\"none\""), "the part of each frame that is written"),
+    key("output.crop_px", Int(1, 65_536), "px", Is("256"), "side, with crop = \"target\""),
+    key("output.full_every", Int(0, COUNT), "", Is("0"), "with crops: every n-th frame whole; 0 = none").later(),
+    key("output.report", Flag, "", Is("true"), "whether report.html is written"),
+];
+
+/// The keys of one table, in order.
+pub(super) fn children(table: &str) -> impl Iterator<Item = &'static Key> + '_ {
+    KEYS.iter().filter(move |key| key.parent() == table)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_path_is_unique_and_has_its_table() {
+        for (i, key) in KEYS.iter().enumerate() {
+            assert!(KEYS[..i].iter().all(|other| other.path != key.path), "{} twice", key.path);
+            let parent = key.parent().strip_suffix(".*").unwrap_or(key.parent());
+            assert!(parent.is_empty() || KEYS.iter().any(|k| k.path == parent && k.is_table()), "{}", key.path);
+            assert_eq!(key.is_table(), key.given == Given::Nothing, "{}", key.path);
+        }
+    }
+}

@@ -1,0 +1,237 @@
+//! The form of a scene file: what a table or key may hold, its unit, range, default and meaning.
+//!
+//! The list itself is in `keys`. Checks, defaults, the commented template and the JSON
+//! Schema all follow from it, so a key is described once.
+
+/// What a key holds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Kind {
+    /// A table that is always there; left out, its keys take their defaults.
+    Section,
+    /// A table that is there only if written.
+    Maybe,
+    /// An array of tables.
+    Many,
+    /// A table of tables of free names.
+    Named,
+    /// Name of a built-in station, or a station file.
+    Preset,
+    /// Text.
+    Text,
+    /// Name of a file that is not read.
+    Path,
+    /// True or false.
+    Flag,
+    /// An integer from, to.
+    Int(i64, i64),
+    /// One of some integers: in use, not yet.
+    IntOf(&'static [i64], &'static [i64]),
+    /// A number from, to.
+    Real(f64, f64),
+    /// A number above, to.
+    Above(f64, f64),
+    /// So many numbers, each from, to.
+    Reals(usize, f64, f64),
+    /// One or two positive integers: width and height.
+    Size,
+    /// Pairs of azimuth and elevation.
+    Horizon,
+    /// An instant in UTC.
+    Time,
+    /// Lines of a two-line element set, or the file with it.
+    Tle,
+    /// One of some words: in use, not yet.
+    Word(&'static [&'static str], &'static [&'static str]),
+    /// A list of such words.
+    Words(&'static [&'static str], &'static [&'static str]),
+    /// Such a word or a number from, to.
+    WordOrReal(&'static [&'static str], &'static [&'static str], f64, f64),
+    /// Such a word or a file: what the file is, and whether it is in use.
+    WordOrFile(&'static [&'static str], &'static [&'static str], &'static str, bool),
+    /// One of some words, or a table with the keys of that table.
+    WordOrTable(&'static [&'static str], &'static str),
+    /// A word, or x0, y0, width, height.
+    Crop,
+}
+
+/// What happens when a key is left out. Values are TOML.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Given {
+    /// It may not be; an example.
+    Must(&'static str),
+    /// This default.
+    Is(&'static str),
+    /// A default that follows from other keys: an example, and the rule in words.
+    From(&'static str, &'static str),
+    /// Nothing; an example.
+    Optional(&'static str),
+    /// For tables.
+    Nothing,
+}
+
+/// One table or key.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Key {
+    /// Path; `[]` stands for the index of an array of tables and `*` for a free name.
+    pub path: &'static str,
+    /// What it holds.
+    pub kind: Kind,
+    /// Unit, or nothing.
+    pub unit: &'static str,
+    /// What happens when it is left out.
+    pub given: Given,
+    /// Meaning, in a line.
+    pub doc: &'static str,
+    /// False: accepted at its default only.
+    pub in_use: bool,
+    /// Applies only with this sibling at this value.
+    pub when: Option<(&'static str, &'static str)>,
+}
+
+impl Key {
+    /// A key in use.
+    pub const fn new(path: &'static str, kind: Kind, unit: &'static str, given: Given, doc: &'static str) -> Self {
+        Self { path, kind, unit, given, doc, in_use: true, when: None }
+    }
+
+    /// A table in use.
+    pub const fn table(path: &'static str, kind: Kind, doc: &'static str) -> Self {
+        Self::new(path, kind, "", Given::Nothing, doc)
+    }
+
+    /// The same, not used by anything yet.
+    pub const fn later(mut self) -> Self {
+        self.in_use = false;
+        self
+    }
+
+    /// The same, only with a sibling at a value.
+    pub const fn when(mut self, selector: &'static str, value: &'static str) -> Self {
+        self.when = Some((selector, value));
+        self
+    }
+
+    /// Last part of the path, without `[]`.
+    pub fn name(&self) -> &'static str {
+        let last = self.path.rsplit('.').next().unwrap_or(self.path);
+        last.strip_suffix("[]").unwrap_or(last)
+    }
+
+    /// Path of the table it belongs to; empty for the top.
+    pub fn parent(&self) -> &'static str {
+        self.path.rsplit_once('.').map_or("", |(parent, _)| parent)
+    }
+
+    /// Whether it is a table or an array of tables.
+    pub fn is_table(&self) -> bool {
+        matches!(self.kind, Kind::Section | Kind::Maybe | Kind::Many | Kind::Named)
+    }
+
+    /// What nothing uses yet: the whole key, or some of its words.
+    pub fn later_words(&self) -> Option<String> {
+        let words = match self.kind {
+            Kind::IntOf(_, later) => later.iter().map(i64::to_string).collect(),
+            Kind::Word(_, later) | Kind::Words(_, later) | Kind::WordOrReal(_, later, ..) => quoted(&[], later),
+            Kind::WordOrFile(_, later, file, in_use) => {
+                let mut words = quoted(&[], later);
+                words.extend((!in_use).then(|| file.to_string()));
+                words
+            }
+            _ => Vec::new(),
+        };
+        match (self.in_use, words.is_empty()) {
+            (false, _) => Some("not yet supported".into()),
+            (true, false) => Some(format!("not yet supported: {}", words.join(", "))),
+            (true, true) => None,
+        }
+    }
+
+    /// What it may hold, to follow "must".
+    pub fn allowed(&self) -> String {
+        let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
+        match self.kind {
+            Kind::Section | Kind::Maybe | Kind::Named => "be a table".into(),
+            Kind::Many => "be an array of tables".into(),
+            Kind::Preset => "be the name of a built-in station, or a station file".into(),
+            Kind::Text => "be text".into(),
+            Kind::Path => "be the name of a file".into(),
+            Kind::Flag => "be true or false".into(),
+            Kind::Int(low, high) if low == high => format!("be {low}"),
+            Kind::Int(low, i64::MAX) => format!("be an integer in {low}..2^63-1{unit}"),
+            Kind::Int(low, high) => format!("be an integer in {low}..{high}{unit}"),
+            Kind::IntOf(now, later) => {
+                let all: Vec<String> = now.iter().chain(later).map(i64::to_string).collect();
+                format!("be one of {}{unit}", all.join(", "))
+            }
+            Kind::Real(low, high) => format!("lie in {}..{}{unit}", short(low), short(high)),
+            Kind::Above(low, high) => format!("lie in {}..{}{unit}, {low} excluded", short(low), short(high)),
+            Kind::Reals(count, low, high) => {
+                format!("be {count} numbers in {}..{}{unit}", short(low), short(high))
+            }
+            Kind::Size => "be one integer or [width, height], each in 1..65536 px".into(),
+            Kind::Horizon => "be pairs [azimuth 0..360 deg, elevation -90..90 deg], azimuth ascending".into(),
+            Kind::Time => "be a time in UTC in the years 1957..2100, such as 2018-01-15T04:00:00Z".into(),
+            Kind::Tle => {
+                "be the two lines of an element set, a name line before them if you like, or a file".into()
+            }
+            Kind::Word(now, later) => format!("be {}", one_of(now, later)),
+            Kind::Words(now, later) => format!("be a list of {}", quoted(now, later).join(", ")),
+            Kind::WordOrReal(now, later, low, high) => {
+                let words = quoted(now, later).join(", ");
+                format!("be {words} or a number in {}..{}{unit}", short(low), short(high))
+            }
+            Kind::WordOrFile(now, later, file, _) => format!("be {} or {file}", quoted(now, later).join(", ")),
+            Kind::WordOrTable(now, _) => format!("be {} or a table", quoted(now, &[]).join(", ")),
+            Kind::Crop => "be \"none\", \"target\" or [x0, y0, width, height] within the frame".into(),
+        }
+    }
+}
+
+/// A limit: `1e12` rather than a row of zeros.
+fn short(limit: f64) -> String {
+    if limit.abs() >= 1e6 { format!("{limit:e}") } else { limit.to_string() }
+}
+
+fn quoted(now: &[&str], later: &[&str]) -> Vec<String> {
+    now.iter().chain(later).map(|word| format!("\"{word}\"")).collect()
+}
+
+fn one_of(now: &[&str], later: &[&str]) -> String {
+    let words = quoted(now, later);
+    if words.len() == 1 { words.concat() } else { format!("one of {}", words.join(", ")) }
+}
+
+/// Groups of siblings of which exactly one is written: the table, and the members.
+pub(super) const ONE_OF: &[(&str, &[&str])] = &[
+    ("telescope", &["plate_scale_arcsec", "focal_length_m"]),
+    ("target[]", &["brightness", "shape"]),
+    ("target[].orbit", &["tle", "omm", "oem", "state", "kepler", "fixed"]),
+];
+
+/// The group of one-of siblings a key belongs to.
+pub(super) fn group_of(key: &Key) -> Option<&'static [&'static str]> {
+    ONE_OF.iter().find(|(table, members)| *table == key.parent() && members.contains(&key.name())).map(|(_, m)| *m)
+}
+
+/// The name most like `word`, if any is at all like it.
+pub(super) fn nearest<'a>(word: &str, names: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
+    let likeness = |name: &str| strsim::jaro_winkler(&word.to_lowercase(), &name.to_lowercase());
+    names
+        .into_iter()
+        .map(|name| (likeness(name), name))
+        .filter(|(score, _)| *score > 0.6)
+        .max_by(|a, b| a.0.total_cmp(&b.0))
+        .map(|(_, name)| name)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_misspelt_name_finds_its_neighbour() {
+        let names = ["bias_adu", "gain_e_per_adu", "read_noise_e"];
+        assert_eq!(nearest("gian_e_per_adu", names), Some("gain_e_per_adu"));
+        assert_eq!(nearest("zzz", ["abc"]), None);
+    }
+}

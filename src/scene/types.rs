@@ -1,0 +1,296 @@
+//! The scene as the program sees it: every default filled in, every value checked.
+//!
+//! A field bears the name of its key and keeps the key's unit, which ends the name. Angles are in degrees,
+//! east and north positive; pixels are 0-based with (0, 0) the centre of the first stored pixel.
+
+use std::path::PathBuf;
+
+use hifitime::Epoch;
+
+use super::instrument::{Detector, Station, Table, Telescope};
+use crate::base::accuracy::Accuracy;
+
+/// One scene: who looks, with what, at which objects, when, and what is written.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Version of the scene format; 1.
+    pub schema_version: i64,
+    /// Name of the scene; the file's stem unless given.
+    pub name: String,
+    /// Seed of every random number, 0 to 2^63 - 1.
+    pub seed: u64,
+    /// The site.
+    pub station: Station,
+    /// The optics.
+    pub telescope: Telescope,
+    /// The camera.
+    pub detector: Detector,
+    /// Where the frame's centre is at mid-exposure.
+    pub pointing: Pointing,
+    /// When the shutter opens, and how the mount moves meanwhile.
+    pub exposures: Exposures,
+    /// What `observable` means.
+    pub plan: PlanLimits,
+    /// The objects, in the order written; names are unique.
+    pub target: Vec<Target>,
+    /// Diffuse light of the sky.
+    pub sky: Sky,
+    /// Stars drawn into the frame.
+    pub stars: Stars,
+    /// How light curves are measured from frames.
+    pub photometry: Photometry,
+    /// How shapes are sought in light curves.
+    pub inversion: Inversion,
+    /// Tolerances of every approximation.
+    pub accuracy: Accuracy,
+    /// What is written; changes no pixel.
+    pub output: Output,
+    pub(super) resolved: toml::Table,
+    pub(super) inputs: Vec<InputFile>,
+}
+
+/// A file the scene names. Its content is part of the scene: the hash enters SCENESHA.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct InputFile {
+    /// Key path that names it, such as `detector.qe`.
+    pub key: String,
+    /// Where it was found.
+    pub path: PathBuf,
+    /// SHA-256 of its bytes, hexadecimal.
+    pub sha256: String,
+    /// Its name in the directory `inputs/` beside a resolved scene; unique within the scene.
+    pub name: String,
+}
+
+/// `[pointing]`: where the frame's centre is at every mid-exposure.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pointing {
+    /// The place pointed at.
+    pub at: At,
+    /// Offset of that place from the frame's centre, pixels in x and y.
+    pub offset_px: [f64; 2],
+}
+
+/// A place to point at.
+#[derive(Clone, Debug, PartialEq)]
+pub enum At {
+    /// A target by name; none = the first.
+    Target(Option<String>),
+    /// A place among the catalogue stars, ICRS.
+    RaDec {
+        /// Right ascension, degrees.
+        ra_deg: f64,
+        /// Declination, degrees.
+        dec_deg: f64,
+    },
+    /// A place above the horizon, apparent.
+    AzEl {
+        /// Azimuth, degrees from north through east.
+        az_deg: f64,
+        /// Apparent elevation, degrees.
+        el_deg: f64,
+    },
+}
+
+/// `[exposures]`: times and tracking. Frame k opens at `start + k cadence_s`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Exposures {
+    /// When the shutter opens for frame 0.
+    pub start: Epoch,
+    /// The same as RFC 3339 text in UTC, ending in Z; this text is what a resolved scene holds.
+    pub start_text: String,
+    /// Number of exposures.
+    pub count: usize,
+    /// SI seconds from opening to opening, at least `duration_s`.
+    pub cadence_s: f64,
+    /// Open shutter, seconds; 0 = instantaneous (no frame, geometry and light curve only).
+    pub duration_s: f64,
+    /// Motion while the shutter is open.
+    pub track: Track,
+    /// Whether exposures that `[plan]` refuses are skipped.
+    pub only_observable: bool,
+}
+
+/// Motion of the mount while the shutter is open.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Track {
+    /// Follows the target pointed at, or the first one.
+    Target,
+    /// Follows the stars.
+    Sidereal,
+    /// Stands still on the Earth.
+    Fixed,
+    /// (d RA/dt) cos Dec and d Dec/dt, arcseconds per second.
+    Rates([f64; 2]),
+}
+
+/// `[plan]`: what `observable` means.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PlanLimits {
+    /// Lowest apparent elevation of the target, degrees.
+    pub min_el_deg: f64,
+    /// Highest elevation of the Sun, degrees.
+    pub max_sun_el_deg: f64,
+    /// Least distance from the Moon, degrees.
+    pub min_moon_sep_deg: f64,
+    /// Whether the target must be lit.
+    pub sunlit: bool,
+    /// Faintest V magnitude; none = no limit.
+    pub limit_mag_v: Option<f64>,
+    /// Least signal-to-noise ratio; none = no limit.
+    pub min_snr: Option<f64>,
+}
+
+/// `[[target]]`: an object in orbit.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Target {
+    /// Name, unique in the scene.
+    pub name: String,
+    /// Where it is.
+    pub orbit: Orbit,
+    /// V magnitude outside the atmosphere while lit, at any range and phase (key `brightness.mag_v`).
+    pub mag_v: f64,
+}
+
+/// Where a target is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Orbit {
+    /// A two-line element set; lengths and checksums are right.
+    Tle {
+        /// The name line, if there was one.
+        name: Option<String>,
+        /// Line 1, 69 characters.
+        line1: String,
+        /// Line 2, 69 characters.
+        line2: String,
+    },
+    /// A fixed place, topocentric astrometric ICRS.
+    Fixed {
+        /// Right ascension, degrees.
+        ra_deg: f64,
+        /// Declination, degrees.
+        dec_deg: f64,
+        /// Distance from the station, kilometres; without it the target is never in shadow.
+        range_km: Option<f64>,
+    },
+}
+
+/// `[sky]`: diffuse light, one model a source.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Sky {
+    /// Light of the upper atmosphere.
+    pub airglow: SkyModel,
+    /// Scattered artificial light.
+    pub pollution: SkyModel,
+    /// Scattered sunlight.
+    pub twilight: SkyModel,
+    /// Stars fainter than those drawn.
+    pub starlight: SkyModel,
+    /// Scattered moonlight.
+    pub moonlight: SkyModel,
+    /// Sunlight from interplanetary dust.
+    pub zodiacal: SkyModel,
+    /// Solar radio flux at 10.7 cm, solar flux units.
+    pub f107_sfu: f64,
+    /// Relative half-amplitude across x and y of sources given as numbers.
+    pub tilt: [f64; 2],
+}
+
+/// How one source of sky light is modelled.
+#[derive(Clone, Debug, PartialEq)]
+pub enum SkyModel {
+    /// The default model, left out where negligible.
+    Auto,
+    /// Not simulated.
+    Off,
+    /// A model by name.
+    Named(String),
+    /// V magnitudes per square arcsecond of solar colour at the ground, the same over the frame.
+    Surface(f64),
+}
+
+/// `[stars]`: stars drawn one by one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stars {
+    /// False: none are drawn.
+    pub enabled: bool,
+    /// Catalogue they come from.
+    pub catalog: Table,
+    /// Whether counts fill the field beyond the catalogue.
+    pub synthetic: bool,
+    /// Faintest V magnitude drawn; none = follows `accuracy.omit`.
+    pub limit_mag_v: Option<f64>,
+    /// Stars at random places instead of catalogue and counts; 0 = none.
+    pub random_count: usize,
+    /// Brightest and faintest V magnitude of the random stars.
+    pub random_mag_v: [f64; 2],
+    /// Seed of the random stars.
+    pub random_seed: u64,
+}
+
+/// `[photometry]`: how light curves are measured from frames.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Photometry {
+    /// The estimator of the flux.
+    pub method: Method,
+    /// Radius of the aperture, pixels; none = chosen from the image.
+    pub aperture_px: Option<f64>,
+    /// Search radius about the place predicted, or the frame's centre, pixels.
+    pub search_px: f64,
+    /// Mesh of the background, pixels.
+    pub background_px: usize,
+    /// Fewer stars than this borrow the zero point from neighbours in time.
+    pub min_stars: usize,
+}
+
+/// Estimator of a flux.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Method {
+    /// Matched filter with the fitted PSF.
+    Optimal,
+    /// Sum within an aperture.
+    Aperture,
+    /// One fit to several frames.
+    Joint,
+}
+
+/// `[inversion]`: how shapes are sought in light curves.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Inversion {
+    /// Whether `run` goes on to the shape.
+    pub enabled: bool,
+    /// Method.
+    pub model: String,
+    /// Share of epochs kept back to test the shape.
+    pub held_out: f64,
+}
+
+/// `[output]`: what is written. None of this changes a pixel or SCENESHA.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Output {
+    /// File formats of the frames.
+    pub format: Vec<String>,
+    /// Planes of mean and variance written beside the frames.
+    pub planes: Vec<String>,
+    /// Whether a table of drawn stars is written for every frame.
+    pub star_table: bool,
+    /// The part of each frame that is written.
+    pub crop: Crop,
+    /// Side of a crop about the target, pixels.
+    pub crop_px: usize,
+    /// With crops: every n-th frame whole; 0 = none.
+    pub full_every: usize,
+    /// Whether a report is written.
+    pub report: bool,
+}
+
+/// The part of a frame that is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Crop {
+    /// The whole frame.
+    None,
+    /// A square of side `crop_px` about the target.
+    Target,
+    /// x0, y0, width and height, pixels.
+    Rect([usize; 4]),
+}

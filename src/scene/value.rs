@@ -1,0 +1,315 @@
+//! One value against the form of its key: type, range, words, files, times and element sets.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::{Path, PathBuf};
+
+use hifitime::Epoch;
+use sha2::{Digest, Sha256};
+use toml::Value as Plain;
+use toml::value::{Datetime, Offset, Time};
+
+use super::schema::{Key, Kind, nearest};
+use super::tle;
+use super::tree::{Node, Value, plain};
+use super::types::InputFile;
+
+/// Why a value will not do.
+pub(super) enum Wrong {
+    /// Not of the form or in the range of its key.
+    Form,
+    /// No word of the key's; the most similar one.
+    Word(Option<&'static str>),
+    /// Known, but nothing uses it yet; what works.
+    NotYet(String),
+    /// Anything else, in words.
+    Other(String),
+    /// Several things, each in words.
+    Each(Vec<String>),
+}
+
+type Words = &'static [&'static str];
+
+/// Reads values, and notes the files they name.
+#[derive(Default)]
+pub(super) struct Reader {
+    /// Files named so far.
+    pub inputs: Vec<InputFile>,
+    /// Name of the target whose keys are read.
+    pub target: String,
+}
+
+impl Reader {
+    /// The normal form of a value; tables are not for here.
+    pub fn value(&mut self, key: &Key, node: &Node, full: &str) -> Result<Plain, Wrong> {
+        let value = &node.value;
+        match key.kind {
+            Kind::Text | Kind::Path => match value {
+                Value::Text(text) if !text.trim().is_empty() && !text.contains(char::is_control) => {
+                    Ok(text.as_str().into())
+                }
+                _ => Err(Wrong::Form),
+            },
+            Kind::Flag => {
+                if let Value::Flag(flag) = value {
+                    Ok((*flag).into())
+                } else {
+                    Err(Wrong::Form)
+                }
+            }
+            Kind::Int(low, high) => match value {
+                Value::Int(int) if (low..=high).contains(int) => Ok((*int).into()),
+                _ => Err(Wrong::Form),
+            },
+            Kind::IntOf(now, later) => match value {
+                Value::Int(int) if now.contains(int) => Ok((*int).into()),
+                Value::Int(int) if later.contains(int) => {
+                    Err(only(now.iter().map(i64::to_string).collect::<Vec<_>>()))
+                }
+                _ => Err(Wrong::Form),
+            },
+            Kind::Real(low, high) => real(node, low, high),
+            Kind::Above(low, high) => match real(node, low, high)? {
+                Plain::Float(x) if x == low => Err(Wrong::Form),
+                x => Ok(x),
+            },
+            Kind::Reals(count, low, high) => match value {
+                Value::List(items) if items.len() == count => {
+                    items.iter().map(|item| real(item, low, high)).collect::<Result<Vec<_>, _>>().map(Plain::Array)
+                }
+                _ => Err(Wrong::Form),
+            },
+            Kind::Size => size(value),
+            Kind::Horizon => horizon(value),
+            Kind::Time => time(value).map(Plain::Datetime),
+            Kind::Tle => self.tle(node),
+            Kind::Word(now, later) => word(now, later, node),
+            Kind::Words(now, later) => words(now, later, value),
+            Kind::WordOrReal(now, later, low, high) => match value {
+                Value::Text(_) => word(now, later, node),
+                _ => real(node, low, high),
+            },
+            Kind::WordOrFile(now, later, file, in_use) => match word(now, later, node) {
+                Err(Wrong::Word(near)) => {
+                    let name = node.text().unwrap_or_default();
+                    let path = at(node, name);
+                    if !name.contains(['.', '/', '\\']) && !path.is_file() {
+                        Err(Wrong::Word(near))
+                    } else if in_use {
+                        self.file(name, path, full)
+                    } else {
+                        Err(Wrong::NotYet(format!("{file} does not work in this version")))
+                    }
+                }
+                other => other,
+            },
+            Kind::WordOrTable(now, _) => word(now, &[], node),
+            Kind::Crop => match value {
+                Value::Text(_) => word(&["none", "target"], &[], node),
+                Value::List(items)
+                    if items.len() == 4 && items.iter().all(|i| matches!(i.value, Value::Int(0..=65_536))) =>
+                {
+                    Ok(plain(value))
+                }
+                _ => Err(Wrong::Form),
+            },
+            Kind::Section | Kind::Maybe | Kind::Many | Kind::Named | Kind::Preset => Err(Wrong::Form),
+        }
+    }
+
+    /// Notes a file the scene names, with the hash of its content.
+    fn file(&mut self, written: &str, path: PathBuf, full: &str) -> Result<Plain, Wrong> {
+        let sha256 = hash(&path).map_err(|why| cannot_read(&path, &why))?;
+        let own = path.file_name().map_or_else(|| "input".into(), |name| name.to_string_lossy().into_owned());
+        let taken = |name: &str| self.inputs.iter().any(|other| other.name == name && other.sha256 != sha256);
+        let mut name = own.clone();
+        for number in 2.. {
+            if !taken(&name) {
+                break;
+            }
+            name = format!("{number}-{own}");
+        }
+        self.inputs.push(InputFile { key: full.into(), path, sha256, name });
+        Ok(written.into())
+    }
+
+    /// The lines of an element set, from the scene or from the file it names.
+    fn tle(&self, node: &Node) -> Result<Plain, Wrong> {
+        let set = match &node.value {
+            Value::Text(text) if text.contains('\n') => tle::from_lines(&filled(text.lines())),
+            Value::Text(name) => {
+                let path = at(node, name);
+                let read = open(&path).and_then(|mut file| {
+                    let mut bytes = Vec::new();
+                    file.read_to_end(&mut bytes).map(|_| bytes)
+                });
+                let bytes = read.map_err(|why| cannot_read(&path, &why))?;
+                tle::from_file(&String::from_utf8_lossy(&bytes), &self.target)
+            }
+            Value::List(items) => {
+                let lines: Option<Vec<&str>> = items.iter().map(Node::text).collect();
+                tle::from_lines(&lines.ok_or(Wrong::Form)?)
+            }
+            _ => return Err(Wrong::Form),
+        };
+        let set = set.map_err(Wrong::Other)?;
+        let faults = set.faults();
+        if !faults.is_empty() {
+            return Err(Wrong::Each(faults));
+        }
+        Ok(Plain::Array(set.name.into_iter().chain(set.lines).map(Plain::String).collect()))
+    }
+}
+
+fn filled<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
+    lines.filter(|line| !line.trim().is_empty()).collect()
+}
+
+/// A path as meant by the file it is written in.
+pub(super) fn at(node: &Node, written: &str) -> PathBuf {
+    node.place.source.base.as_deref().unwrap_or(Path::new("")).join(written)
+}
+
+fn cannot_read(path: &Path, why: &std::io::Error) -> Wrong {
+    Wrong::Other(format!("cannot read {}: {why}", path.display()))
+}
+
+/// Opens a regular file; a directory, pipe or device is refused.
+pub(super) fn open(path: &Path) -> std::io::Result<File> {
+    if std::fs::metadata(path)?.is_file() { File::open(path) } else { Err(std::io::Error::other("not a file")) }
+}
+
+/// SHA-256 of a file, hexadecimal.
+fn hash(path: &Path) -> std::io::Result<String> {
+    let mut file = open(path)?;
+    let mut sha = Sha256::new();
+    let mut buffer = vec![0; 1 << 16];
+    loop {
+        match file.read(&mut buffer)? {
+            0 => return Ok(hex(&sha.finalize())),
+            count => sha.update(&buffer[..count]),
+        }
+    }
+}
+
+/// Bytes in hexadecimal.
+pub(super) fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+fn only<T: std::fmt::Display>(now: impl IntoIterator<Item = T>) -> Wrong {
+    let now: Vec<String> = now.into_iter().map(|word| word.to_string()).collect();
+    let verb = if now.len() == 1 { "works" } else { "work" };
+    Wrong::NotYet(format!("only {} {verb} in this version", now.join(", ")))
+}
+
+fn real(node: &Node, low: f64, high: f64) -> Result<Plain, Wrong> {
+    match node.number() {
+        Some(x) if low <= x && x <= high => Ok(Plain::Float(x)),
+        _ => Err(Wrong::Form),
+    }
+}
+
+fn word(now: Words, later: Words, node: &Node) -> Result<Plain, Wrong> {
+    let text = node.text().ok_or(Wrong::Form)?;
+    if now.contains(&text) {
+        Ok(text.into())
+    } else if later.contains(&text) {
+        Err(only(now.iter().map(|word| format!("\"{word}\""))))
+    } else {
+        Err(Wrong::Word(nearest(text, now.iter().chain(later).copied())))
+    }
+}
+
+fn words(now: Words, later: Words, value: &Value) -> Result<Plain, Wrong> {
+    let Value::List(items) = value else { return Err(Wrong::Form) };
+    let list = items.iter().map(|item| word(now, later, item)).collect::<Result<Vec<_>, _>>()?;
+    match list.iter().enumerate().find(|(i, word)| list[..*i].contains(word)) {
+        Some((_, twice)) => Err(Wrong::Other(format!("{twice} is there twice"))),
+        None => Ok(Plain::Array(list)),
+    }
+}
+
+fn size(value: &Value) -> Result<Plain, Wrong> {
+    let side = |value: &Value| match value {
+        Value::Int(side @ 1..=65_536) => Ok(Plain::Integer(*side)),
+        _ => Err(Wrong::Form),
+    };
+    match value {
+        Value::List(items) if items.len() == 2 => {
+            items.iter().map(|item| side(&item.value)).collect::<Result<_, _>>().map(Plain::Array)
+        }
+        value => side(value).map(|side| Plain::Array(vec![side.clone(), side])),
+    }
+}
+
+fn horizon(value: &Value) -> Result<Plain, Wrong> {
+    let Value::List(items) = value else { return Err(Wrong::Form) };
+    let mut before = -1.0;
+    let mut pairs = Vec::new();
+    for item in items {
+        let Value::List(pair) = &item.value else { return Err(Wrong::Form) };
+        let [azimuth, elevation] = pair.as_slice() else { return Err(Wrong::Form) };
+        let (az, el) = (real(azimuth, 0.0, 360.0)?, real(elevation, -90.0, 90.0)?);
+        match az {
+            Plain::Float(degrees) if degrees > before => before = degrees,
+            _ => return Err(Wrong::Form),
+        }
+        pairs.push(Plain::Array(vec![az, el]));
+    }
+    if pairs.is_empty() { Err(Wrong::Form) } else { Ok(Plain::Array(pairs)) }
+}
+
+/// A time in normal form: date, time to the second, Z.
+fn time(value: &Value) -> Result<Datetime, Wrong> {
+    let given = match value {
+        Value::Time(time) => *time,
+        Value::Text(text) => text.trim().parse().map_err(|_| Wrong::Form)?,
+        _ => return Err(Wrong::Form),
+    };
+    if let Some(Offset::Custom { minutes }) = given.offset
+        && minutes != 0
+    {
+        return Err(Wrong::Other("times are UTC; write it with Z, not with a local offset".into()));
+    }
+    let time = given.time.ok_or(Wrong::Form)?;
+    let nanosecond = time.nanosecond.filter(|ns| *ns != 0);
+    let time = Time { second: Some(time.second.unwrap_or(0)), nanosecond, ..time };
+    let normal = Datetime { date: given.date, time: Some(time), offset: Some(Offset::Z) };
+    match normal.date {
+        Some(date) if (1957..=2100).contains(&date.year) && epoch(&normal).is_some() => Ok(normal),
+        _ => Err(Wrong::Form),
+    }
+}
+
+/// The instant of a time in normal form.
+pub(super) fn epoch(time: &Datetime) -> Option<Epoch> {
+    let (date, clock) = (time.date?, time.time?);
+    let (second, nanos) = (clock.second.unwrap_or(0), clock.nanosecond.unwrap_or(0));
+    let year = i32::from(date.year);
+    Epoch::maybe_from_gregorian_utc(year, date.month, date.day, clock.hour, clock.minute, second, nanos).ok()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shown(text: &str) -> Option<String> {
+        time(&Value::Text(text.into())).ok().map(|time| time.to_string())
+    }
+
+    #[test]
+    fn times_are_utc_in_one_form() {
+        for text in
+            ["2018-01-15T04:00:00Z", "2018-01-15 04:00:00+00:00", "2018-01-15T04:00:00", "2018-01-15T04:00Z"]
+        {
+            assert_eq!(shown(text).as_deref(), Some("2018-01-15T04:00:00Z"), "{text}");
+        }
+        assert_eq!(shown("2016-12-31T23:59:60Z").as_deref(), Some("2016-12-31T23:59:60Z"));
+        for text in
+            ["2018-01-15", "2018-01-15T04:00:00+01:00", "1956-12-31T00:00:00Z", "2018-02-30T00:00:00Z", "x"]
+        {
+            assert_eq!(shown(text), None, "{text}");
+        }
+    }
+}

@@ -1,0 +1,152 @@
+//! From a scene to frames, step by step or all at once.
+
+use crate::base::ledger::Row;
+use crate::camera::expose;
+use crate::camera::psf::Region;
+use crate::camera::scenery::Scenery;
+use crate::camera::truth::{self, Truth};
+use crate::io::header::Header;
+use crate::io::labels;
+use crate::light::curve::CurveError;
+use crate::light::throughput::Throughput;
+use crate::plan::PlanError;
+use crate::plan::view::{Planner, View};
+use crate::scene::{Scene, Table};
+use crate::stars::catalogue::{Catalogue, CatalogueError};
+
+/// What can go wrong while simulating.
+#[derive(Debug, thiserror::Error)]
+pub enum SimulateError {
+    /// The geometry cannot be computed.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A table of the scene cannot be read.
+    #[error(transparent)]
+    Curve(#[from] CurveError),
+    /// The star catalogue cannot be read.
+    #[error(transparent)]
+    Catalogue(#[from] CatalogueError),
+}
+
+/// A frame as a camera gives it, and what was put into it.
+#[derive(Debug, Clone)]
+pub struct Frame {
+    /// The pixels stored.
+    pub region: Region,
+    /// Their numbers \[ADU\], by rows.
+    pub adu: Vec<u16>,
+    /// The header.
+    pub header: Header,
+    /// Truth of the targets.
+    pub truth: Vec<Truth>,
+    /// What is in the frame and what is left out.
+    pub ledger: Vec<Row>,
+}
+
+/// A scene with everything that all its frames share.
+pub struct Simulator<'a> {
+    /// The scene.
+    pub scene: &'a Scene,
+    /// The geometry.
+    pub planner: Planner<'a>,
+    throughput: Throughput,
+    catalogue: Catalogue,
+    scene_sha: String,
+}
+
+impl<'a> Simulator<'a> {
+    /// The simulator of a scene.
+    ///
+    /// # Errors
+    /// [`SimulateError`] for elements, tables or catalogues that cannot be used.
+    pub fn new(scene: &'a Scene) -> Result<Self, SimulateError> {
+        Ok(Self {
+            scene,
+            planner: Planner::new(scene)?,
+            throughput: Throughput::of(scene)?,
+            catalogue: catalogue(scene)?,
+            scene_sha: scene.sha256(),
+        })
+    }
+
+    /// SCENESHA: the hash of all that decides a pixel.
+    pub fn scene_sha(&self) -> &str {
+        &self.scene_sha
+    }
+
+    /// The means of one exposure.
+    pub fn scenery(&self, view: &View) -> Scenery {
+        Scenery::new(self.scene, view, &self.throughput, &self.catalogue)
+    }
+
+    /// The pixels of `region` of one exposure: counted, read out, converted.
+    pub fn pixels(&self, view: &View, scenery: &Scenery, region: &Region) -> Vec<u16> {
+        expose::expose(self.scene, scenery, view.frame, region)
+    }
+
+    /// The header of one exposure.
+    pub fn header(&self, view: &View, scenery: &Scenery, region: &Region) -> Header {
+        labels::frame(&self.labelled(view, scenery, region))
+    }
+
+    /// What the headers of an exposure's planes tell of.
+    pub fn labelled<'e>(
+        &'e self,
+        view: &'e View,
+        scenery: &'e Scenery,
+        region: &'e Region,
+    ) -> labels::Exposure<'e> {
+        labels::Exposure {
+            scene: self.scene,
+            scene_sha: &self.scene_sha,
+            site: &self.planner.site,
+            view,
+            scenery,
+            region,
+        }
+    }
+
+    /// One whole frame.
+    ///
+    /// # Errors
+    /// [`SimulateError`] if its geometry cannot be computed.
+    pub fn frame(&self, number: usize) -> Result<Frame, SimulateError> {
+        let view = self.planner.view(number)?;
+        let scenery = self.scenery(&view);
+        let region = whole(self.scene);
+        Ok(Frame {
+            region,
+            adu: self.pixels(&view, &scenery, &region),
+            header: self.header(&view, &scenery, &region),
+            truth: truth::of(self.scene, &view, &scenery),
+            ledger: scenery.ledger,
+        })
+    }
+}
+
+/// All pixels of a scene's frames.
+pub fn whole(scene: &Scene) -> Region {
+    let [width, height] = scene.detector.size_px;
+    Region { x0: 0, y0: 0, width, height }
+}
+
+/// The catalogue a scene names.
+///
+/// # Errors
+/// [`CatalogueError`] for a file that cannot be used.
+pub fn catalogue(scene: &Scene) -> Result<Catalogue, CatalogueError> {
+    match &scene.stars.catalog {
+        Table::Named(name) if name == "none" => Ok(Catalogue::empty()),
+        Table::Named(_) => Ok(Catalogue::built_in()),
+        Table::File(path) => Catalogue::open(path),
+    }
+}
+
+/// All frames of a scene, one after the other.
+///
+/// # Errors
+/// [`SimulateError`] if the scene cannot be used; each frame may fail by itself.
+pub fn simulate(scene: &Scene) -> Result<impl Iterator<Item = Result<Frame, SimulateError>> + '_, SimulateError> {
+    let simulator = Simulator::new(scene)?;
+    Ok((0..scene.exposures.count).map(move |number| simulator.frame(number)))
+}

@@ -1,0 +1,94 @@
+//! The summed sky over a frame: means at nodes, bilinear between them.
+//!
+//! The grid is refined until the midpoints of its cells agree with direct evaluation within `accuracy.sky`; the
+//! reference twin evaluates every pixel ([`SkyField::reference`]).
+
+use super::{Context, Source};
+use glam::DVec2;
+
+/// Cells along a side at most; beyond that the remaining error is told by [`SkyField::error`].
+const MOST_CELLS: usize = 64;
+
+/// Mean electrons per pixel of the sky over a frame.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SkyField {
+    nodes: Vec<f64>,
+    cells: usize,
+    size: DVec2,
+    /// Largest relative error found at the midpoints of the cells.
+    pub error: f64,
+}
+
+impl SkyField {
+    /// The sum of `sources` over the frame, to a relative error of `tolerance`.
+    pub fn new(context: &Context, sources: &[&dyn Source], tolerance: f64) -> Self {
+        let [width, height] = context.scene.detector.size_px.map(|n| n as f64);
+        let size = DVec2::new(width, height);
+        let mut cells = 2;
+        loop {
+            let field = Self::with_cells(context, sources, size, cells);
+            if field.error <= tolerance || cells >= MOST_CELLS {
+                return field;
+            }
+            cells *= 2;
+        }
+    }
+
+    /// The field on a grid of `cells` by `cells`, its error measured at the midpoints.
+    fn with_cells(context: &Context, sources: &[&dyn Source], size: DVec2, cells: usize) -> Self {
+        let evaluate = |x: f64, y: f64| Self::reference(context, sources, DVec2::new(x, y) * (size - 1.0));
+        let share = |i: usize, shift: f64| (i as f64 + shift) / cells as f64;
+        let grid = |count: usize| (0..count).flat_map(move |j| (0..count).map(move |i| (i, j)));
+        let nodes = grid(cells + 1).map(|(i, j)| evaluate(share(i, 0.0), share(j, 0.0))).collect();
+        let mut field = Self { nodes, cells, size, error: 0.0 };
+        for (i, j) in grid(cells) {
+            let (x, y) = (share(i, 0.5), share(j, 0.5));
+            let exact = evaluate(x, y);
+            let error = (field.at(DVec2::new(x, y) * (size - 1.0)) - exact).abs() / exact.max(1e-12);
+            field.error = field.error.max(error);
+        }
+        field
+    }
+
+    /// The reference twin: the sources summed at a pixel.
+    pub fn reference(context: &Context, sources: &[&dyn Source], pixel: DVec2) -> f64 {
+        let toward = context.toward(pixel);
+        sources.iter().map(|s| s.mean(&toward)).sum()
+    }
+
+    /// Mean at a pixel \[e-/px\].
+    pub fn at(&self, pixel: DVec2) -> f64 {
+        let (j, fy) = self.cell(pixel.y, self.size.y);
+        let (i, fx) = self.cell(pixel.x, self.size.x);
+        let row = |j: usize| {
+            let k = j * (self.cells + 1) + i;
+            self.nodes[k] + fx * (self.nodes[k + 1] - self.nodes[k])
+        };
+        row(j) + fy * (row(j + 1) - row(j))
+    }
+
+    /// Means of the pixels from `x0` on in row `y`, written to `out`.
+    pub fn fill_row(&self, y: usize, x0: usize, out: &mut [f64]) {
+        let (j, fy) = self.cell(y as f64, self.size.y);
+        let node = |i: usize| {
+            let k = j * (self.cells + 1) + i;
+            self.nodes[k] + fy * (self.nodes[k + self.cells + 1] - self.nodes[k])
+        };
+        for (x, value) in (x0..).zip(out) {
+            let (i, fx) = self.cell(x as f64, self.size.x);
+            let left = node(i);
+            *value = left + fx * (node(i + 1) - left);
+        }
+    }
+
+    /// Size of the representation \[bytes\].
+    pub fn bytes(&self) -> usize {
+        self.nodes.len() * size_of::<f64>()
+    }
+
+    fn cell(&self, coordinate: f64, size: f64) -> (usize, f64) {
+        let scaled = (coordinate / (size - 1.0).max(1.0) * self.cells as f64).clamp(0.0, self.cells as f64);
+        let i = (scaled as usize).min(self.cells - 1);
+        (i, scaled - i as f64)
+    }
+}

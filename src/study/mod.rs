@@ -1,0 +1,3 @@
+//! Studies of a scene.
+
+pub mod explain;
