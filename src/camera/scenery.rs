@@ -70,7 +70,8 @@ impl Scenery {
     /// The scenery of one exposure.
     pub fn new(scene: &Scene, view: &View, throughput: &Throughput, catalogue: &Catalogue) -> Self {
         let solar = tables::solar_of_v_zero();
-        let pixel_sr = view.wcs.mid.pixel_scale().powi(2);
+        // on the observed sky; astrometric scales are stretched by differential refraction
+        let pixel_rad = scene.telescope.plate_scale_arcsec * ARCSEC;
         let context = Context {
             scene,
             view,
@@ -78,7 +79,7 @@ impl Scenery {
             catalogue,
             solar_v_zero: throughput.rate_near(&solar, view.airmass),
             solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
-            pixel_sr,
+            pixel_sr: pixel_rad * pixel_rad,
         };
         let dark_e = dark::rate(&scene.detector) * view.exposure_s;
         let sources = sky::sources(&context);
@@ -101,7 +102,7 @@ impl Scenery {
 
         let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
         let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
-        let fwhm_px = seeing_arcsec * ARCSEC / view.wcs.mid.pixel_scale();
+        let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
         let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
 
         let stars = stars(scene, view, catalogue, &context, psf.radius() as f64);

@@ -75,6 +75,8 @@ fn times(header: &mut Header, view: &View) {
     header.push("DATE-END", date(&view.end), "shutter closes, UTC");
     header.push("MJD-OBS", view.start.mjd_utc(), "[d] of DATE-OBS");
     header.push("MJD-AVG", view.mid.mjd_utc(), "[d] of DATE-AVG");
+    header.push("MJD-BEG", view.start.mjd_utc(), "[d] of DATE-BEG");
+    header.push("MJD-END", view.end.mjd_utc(), "[d] of DATE-END");
     header.push("TIMESYS", "UTC", "time scale");
     header.push("TREFPOS", "TOPOCENTER", "times are those at the telescope");
     header.push("EXPTIME", view.exposure_s, "[s] shutter open");
@@ -131,7 +133,7 @@ fn pointing(header: &mut Header, scene: &Scene, view: &View, scenery: &Scenery) 
     number(header, "AIRMASS", view.airmass, "Pickering 2002");
     number(header, "TRKRA", view.track_rate.x * ARCSEC_PER_RAD, "[arcsec/s] rate of the centre, dRA/dt cos Dec");
     number(header, "TRKDEC", view.track_rate.y * ARCSEC_PER_RAD, "[arcsec/s] rate of the centre, dDec/dt");
-    number(header, "PIXSCALE", view.wcs.mid.pixel_scale() * ARCSEC_PER_RAD, "[arcsec] at the centre");
+    header.push("PIXSCALE", rounded(scene.telescope.plate_scale_arcsec), "[arcsec] of the optics");
     number(header, "SEEING", scenery.seeing_arcsec, "[arcsec] FWHM as delivered");
 }
 

@@ -276,3 +276,74 @@ impl Frame {
         (start.is_finite() && end.is_finite()).then(|| Segment::between(start, end))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::fits::{Pixels, encode};
+    use crate::io::header::Header;
+
+    fn header(without: &str) -> Header {
+        let mut header = Header::default();
+        let numbers = [
+            ("CRVAL1", 80.0),
+            ("CRVAL2", 5.0),
+            ("CRPIX1", 5.5),
+            ("CRPIX2", 4.5),
+            ("CD1_1", -2e-4),
+            ("CD1_2", 1e-6),
+            ("CD2_1", 1e-6),
+            ("CD2_2", 2e-4),
+            ("EXPTIME", 5.0),
+            ("GAIN", 1.5),
+            ("RDNOISE", 10.0),
+            ("TRKRA", 15.0),
+            ("TRKDEC", -0.5),
+            ("AIRMASS", 1.25),
+            ("RA", 80.001),
+            ("DEC", 5.0),
+            ("A_2_0", 1e-7),
+        ];
+        let texts = [("CTYPE1", "RA---TAN-SIP"), ("CTYPE2", "DEC--TAN-SIP"), ("DATE-OBS", "2018-01-15T04:00:00")];
+        texts.into_iter().filter(|(k, _)| *k != without).for_each(|(k, v)| header.push(k, v, ""));
+        numbers.into_iter().filter(|(k, _)| *k != without).for_each(|(k, v)| header.push(k, v, ""));
+        header
+    }
+
+    fn frame(header: &Header) -> Result<Frame, PhotometryError> {
+        let folder = tempfile::tempdir().expect("a folder");
+        let path = folder.path().join("night_0042.fits");
+        std::fs::write(&path, encode(10, 8, Pixels::U16(&[1000; 80]), header)).expect("written");
+        Frame::from_image(Image::read(&path).expect("an image"))
+    }
+
+    #[test]
+    fn a_header_is_understood() {
+        let f = frame(&header("")).expect("complete");
+        assert_eq!((f.width, f.height, f.number, f.pixel(9, 7)), (10, 8, Some(42), 1000.0));
+        assert_eq!(f.wcs.crpix, DVec2::new(4.5, 3.5));
+        assert_eq!(f.wcs.sip.map(|s| s.a[0]), Some(1e-7));
+        assert_eq!(f.time.iso_utc(), "2018-01-15T04:00:02.500000");
+        assert_eq!((f.bias_adu, f.airmass, f.saturate_adu), (None, Some(1.25), f64::INFINITY));
+        assert!(f.pixel(10, 0).is_nan() && f.pixel(-1, 3).is_nan());
+        // the reference star drifts by 75 arcsec towards the west: right, where east is to the left
+        let trail = f.star_segment(f.wcs.centre).expect("in front");
+        assert!((trail.half.x * 2.0 - 75.0 / 0.72).abs() < 0.1, "{trail:?}");
+        assert!((trail.half.y * 2.0 - 2.5 / 0.72).abs() < 0.6, "{trail:?}");
+    }
+
+    #[test]
+    fn what_is_missing_or_wrong_is_named() {
+        for keyword in ["CTYPE1", "CRVAL2", "CRPIX1", "EXPTIME", "GAIN", "DATE-OBS"] {
+            let told = frame(&header(keyword)).expect_err("incomplete").to_string();
+            assert!(told.contains(keyword) && told.contains("night_0042.fits"), "{told}");
+        }
+        let mut odd = header("GAIN");
+        odd.push("GAIN", -1.0, "");
+        let told = frame(&odd).expect_err("no gain").to_string();
+        assert!(told.contains("GAIN = -1: above 0 e/adu"), "{told}");
+        let mut cubic = header("");
+        cubic.push("B_0_3", 1e-9, "");
+        assert!(frame(&cubic).expect_err("cubic").to_string().contains("B_0_3"));
+    }
+}

@@ -17,7 +17,7 @@ use glam::DVec2;
 /// Share of a ring's light that a perfect profile may still miss: flat field, centring.
 const MODEL_FLOOR: f64 = 0.003;
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
-pub const WING_FLOOR: f64 = 0.02;
+pub const WING_FLOOR: f64 = 0.01;
 /// Widest wings considered: 1/beta.
 const MAX_INVERSE_BETA: f64 = 0.52;
 
@@ -160,16 +160,22 @@ impl Psf {
         ShareWeights(weights)
     }
 
-    /// Mean share and its standard deviation over the posterior, with the floor for unmodelled wings.
-    pub fn share(&self, weights: &ShareWeights) -> (f64, f64) {
-        let (mut mean, mut square) = (0.0, 0.0);
-        for component in &self.components {
-            let s = share(&weights.0, &component.profile);
-            mean += component.weight * s;
-            square += component.weight * s * s;
-        }
-        let spread = (square - mean * mean).max(0.0) + (WING_FLOOR * (1.0 - mean)).powi(2);
-        (mean, spread.sqrt())
+    /// The share by each profile of the posterior.
+    pub fn shares(&self, weights: &ShareWeights) -> Vec<f64> {
+        self.components.iter().map(|c| share(&weights.0, &c.profile)).collect()
+    }
+
+    /// Mean of a share over the posterior.
+    pub fn mean(&self, shares: &[f64]) -> f64 {
+        self.components.iter().zip(shares).map(|(c, s)| c.weight * s).sum()
+    }
+
+    /// Covariance of two shares over the posterior, with the floor for unmodelled wings.
+    pub fn covariance(&self, a: &[f64], b: &[f64]) -> f64 {
+        let (mean_a, mean_b) = (self.mean(a), self.mean(b));
+        let products = self.components.iter().zip(a).zip(b);
+        let spread: f64 = products.map(|((c, a), b)| c.weight * (a - mean_a) * (b - mean_b)).sum();
+        spread + WING_FLOOR * WING_FLOOR * (1.0 - mean_a) * (1.0 - mean_b)
     }
 }
 

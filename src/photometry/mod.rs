@@ -145,6 +145,9 @@ pub struct Measurement {
     pub aperture_px: f64,
     /// Share of the target's light in it, less the light taken for background.
     pub share: f64,
+    /// Relative covariance of the target's share with the zero point stars': errors that a magnitude does not
+    /// suffer because they dim the stars as well.
+    pub share_covariance: f64,
     /// FWHM of a point's image \[px\].
     pub fwhm_px: f64,
     /// Bits of [`flag`].
@@ -176,6 +179,7 @@ impl Measurement {
             background_e_px: nan,
             aperture_px: nan,
             share: nan,
+            share_covariance: 0.0,
             fwhm_px: nan,
             flags: 0,
         }
@@ -186,8 +190,9 @@ impl Measurement {
         (self.mag_v, self.mag_err) = (f64::NAN, f64::NAN);
         if self.flux_e > 0.0 && self.zeropoint_mag.is_finite() {
             self.mag_v = self.zeropoint_mag - 2.5 * self.flux_e.log10();
-            let relative = (self.flux_err_e / self.flux_e).hypot(self.scintillation);
-            self.mag_err = (MAG_PER_SHARE * relative).hypot(self.zeropoint_err);
+            let relative2 = (self.flux_err_e / self.flux_e).powi(2) + self.scintillation.powi(2);
+            let variance2 = (relative2 - 2.0 * self.share_covariance) * MAG_PER_SHARE.powi(2);
+            self.mag_err = (variance2 + self.zeropoint_err.powi(2)).max(0.0).sqrt();
         }
     }
 
@@ -243,7 +248,7 @@ pub fn measure(
     let lonely = field::alone(frame, &tracks, &target, 5.0 * fwhm, 4.0 * fwhm);
     let sources = bright_sources(frame, &tracks, &lonely, found.map(|_| target), fwhm);
     let psf = point_spread(frame, &sources, fwhm);
-    let zero_point = stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
+    let (zero_point, star_aperture) = stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
     row.fwhm_px = psf.fwhm_px;
     row.n_stars = zero_point.n_stars;
     if zero_point.n_stars >= settings.min_stars.max(1) {
@@ -262,6 +267,9 @@ pub fn measure(
     }
     row.set_place(frame, segment.centre);
     row.set_flux(&flux, aperture);
+    if let Some(star) = star_aperture.filter(|_| row.flags & flag::BORROWED_ZERO_POINT == 0) {
+        row.share_covariance = psf.covariance(&aperture.shares, &star.shares) / (aperture.share * star.share);
+    }
     row.flags |= crossings(&tracks, &segment, aperture, &zero_point, &flux);
     row.set_magnitude();
     row
@@ -340,7 +348,7 @@ fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expected:
     growth::fit(&[], &growth::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
 }
 
-/// The zero point from lonely stars.
+/// The zero point from lonely stars, and the aperture of a typical one.
 fn stars_zero_point(
     frame: &Frame,
     tracks: &[Track],
@@ -348,11 +356,11 @@ fn stars_zero_point(
     psf: &Psf,
     scintillation: f64,
     settings: &Settings,
-) -> ZeroPoint {
-    let Some(first) = lonely.first() else { return ZeroPoint::NONE };
+) -> (ZeroPoint, Option<Aperture>) {
+    let Some(first) = lonely.first() else { return (ZeroPoint::NONE, None) };
     let ladder = single::ladder(psf, tracks[*first].segment.length(), settings.aperture_px);
     let mut fluxes = Vec::new();
-    let mut doubt: Vec<f64> = Vec::new();
+    let mut used: Vec<&Aperture> = Vec::new();
     for index in lonely {
         let mut segment = tracks[*index].segment;
         let beside = field::around(tracks, &segment, 10.0 * psf.fwhm_px, Some(*index));
@@ -367,17 +375,18 @@ fn stars_zero_point(
         }
         let (flux, aperture) = single::best_flux(frame, &segment, &ladder, &beside, settings.flat_rms);
         if flux.flags == 0 && flux.flux_e.is_finite() {
-            doubt.push(aperture.doubt / aperture.share);
+            used.push(aperture);
             // the share's uncertainty is common to all stars: it is added once, below
             let own =
                 (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
             fluxes.push(StarFlux { mag_v: tracks[*index].mag_v, flux_e: flux.flux_e, flux_err_e: own });
         }
     }
-    doubt.sort_by(f64::total_cmp);
-    let common = doubt.get(doubt.len() / 2).copied().unwrap_or(0.0);
+    used.sort_by(|a, b| a.radius.total_cmp(&b.radius));
+    let typical = used.get(used.len() / 2).map(|a| (*a).clone());
+    let common = typical.as_ref().map_or(0.0, |a| a.doubt / a.share);
     let fit = zeropoint::fit(&fluxes, scintillation);
-    ZeroPoint { err: fit.err.hypot(MAG_PER_SHARE * common), ..fit }
+    (ZeroPoint { err: fit.err.hypot(MAG_PER_SHARE * common), ..fit }, typical)
 }
 
 /// Flags of stars across the aperture and beside it, as far as their light matters.

@@ -22,6 +22,8 @@ pub struct Aperture {
     pub share: f64,
     /// Standard deviation of the share.
     pub doubt: f64,
+    /// Share by each profile of the posterior.
+    pub shares: Vec<f64>,
     /// Width of the image \[px\].
     pub fwhm: f64,
     area: f64,
@@ -39,10 +41,11 @@ pub fn ladder(psf: &Psf, length: f64, radius: Option<f64>) -> Vec<Aperture> {
     let pill = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
     let aperture = |radius: f64| {
         let annulus = aperture::annulus_radii(radius, fwhm);
-        let (share, doubt) = psf.share(&psf.effective_weights(radius, annulus, length));
+        let shares = psf.shares(&psf.effective_weights(radius, annulus, length));
+        let (share, doubt) = (psf.mean(&shares), psf.covariance(&shares, &shares).sqrt());
         let annulus_area = pill(annulus[1]) - pill(annulus[0]);
         let spread_px = 2.27 * fwhm * fwhm + 1.5 * fwhm * length;
-        Aperture { radius, annulus, share, doubt, fwhm, area: pill(radius), annulus_area, spread_px }
+        Aperture { radius, annulus, share, doubt, shares, fwhm, area: pill(radius), annulus_area, spread_px }
     };
     radii.into_iter().map(aperture).collect()
 }

@@ -69,10 +69,10 @@ pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[S
     let mut mean = vec![camera.sky_e; width * height];
     for source in sources {
         let origins = (source.segment.length() * 3.0).ceil().max(1.0) as usize;
-        // far wings as coarse as they are smooth
-        let reach = 14.0 * camera.fwhm;
+        // wings are convex: their pixels are divided too where that matters by 1e-4 of the flux
+        let reach = if source.segment.length() > 0.0 { 14.0 } else { 40.0 } * camera.fwhm;
         let s = &source.segment;
-        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { 5i32 } else { 1 };
+        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { 5i32 } else { 2 + i32::from(distance < 8.0) };
         let extent = s.half.abs() + DVec2::splat(reach);
         let clip = |v: f64, n: usize| (v.max(0.0) as usize).min(n);
         for y in clip(s.centre.y - extent.y, height)..clip(s.centre.y + extent.y + 1.0, height) {

@@ -176,10 +176,10 @@ def east_north_up(station, t, direction):
 
 
 def astrometric(sat, station, t):
-    """ra_deg, dec_deg, range_km."""
+    """Unit vector to the satellite among the catalogue's stars."""
     observer = earth(t)[1] + station_gcrs(station, t)[0]
-    vector, tau = light_time(lambda when: earth(when)[1] + satellite_gcrs(sat, when), t, observer)
-    return *direction_to_angles(vector), tau * C_KM_S
+    vector, _ = light_time(lambda when: earth(when)[1] + satellite_gcrs(sat, when), t, observer)
+    return vector / np.linalg.norm(vector)
 
 
 def shadow(position, to_sun):
@@ -204,7 +204,8 @@ def row(sat, station, t):
         return satellite_gcrs(sat, when)
 
     observer, velocity = station_gcrs(station, t)
-    ra, dec, range_km = astrometric(sat, station, t)
+    direction = astrometric(sat, station, t)
+    ra, dec = direction_to_angles(direction)
     geocentric, tau = light_time(place, t, observer)
     ra_gcrs, dec_gcrs = direction_to_angles(geocentric)
 
@@ -215,10 +216,10 @@ def row(sat, station, t):
     east, north, up = refracted(airless, station)
 
     step = TimeDelta(0.1, format="sec")
-    (ra0, dec0, _), (ra1, dec1, _) = (
-        astrometric(sat, station, when) for when in (t - step, t + step)
-    )
-    ra_rate = ((ra1 - ra0 + 180.0) % 360.0 - 180.0) / 0.2 * np.cos(np.radians(dec)) * 3600.0
+    moved = astrometric(sat, station, t + step) - astrometric(sat, station, t - step)
+    a, d = np.radians(ra), np.radians(dec)
+    eastward = moved @ [-np.sin(a), np.cos(a), 0.0]
+    northward = moved @ [-np.sin(d) * np.cos(a), -np.sin(d) * np.sin(a), np.cos(d)]
 
     at_emission = place(t - TimeDelta(tau, format="sec"))
     to_sun = -earth(t)[0]  # from the geocentre
@@ -239,9 +240,9 @@ def row(sat, station, t):
         "az_deg": np.degrees(np.arctan2(east, north)) % 360.0,
         "el_deg": np.degrees(np.arctan2(up, np.hypot(east, north))),
         "el_airless_deg": np.degrees(np.arctan2(airless[2], np.hypot(airless[0], airless[1]))),
-        "range_km": range_km,
-        "ra_rate_arcsec_s": ra_rate,
-        "dec_rate_arcsec_s": (dec1 - dec0) / 0.2 * 3600.0,
+        "range_km": tau * C_KM_S,
+        "ra_rate_arcsec_s": np.degrees(eastward) * 3600.0 / 0.2,
+        "dec_rate_arcsec_s": np.degrees(northward) * 3600.0 / 0.2,
         "phase_deg": angle_deg(to_sun - at_emission, observer - at_emission),
         "sun_el_deg": sun_here.transform_to(frame).alt.deg,
         "moon_el_deg": moon.transform_to(frame).alt.deg,
