@@ -10,8 +10,10 @@ use crate::io::labels;
 use crate::light::curve::CurveError;
 use crate::light::throughput::Throughput;
 use crate::plan::PlanError;
-use crate::plan::view::{Planner, View};
+use crate::plan::planner::Planner;
+use crate::plan::view::View;
 use crate::scene::{Scene, Table};
+use crate::sky::Context;
 use crate::stars::catalogue::{Catalogue, CatalogueError};
 
 /// What can go wrong while simulating.
@@ -72,6 +74,11 @@ impl<'a> Simulator<'a> {
     /// SCENESHA: the hash of all that decides a pixel.
     pub fn scene_sha(&self) -> &str {
         &self.scene_sha
+    }
+
+    /// What the sky's sources of one exposure need.
+    pub fn sky_context<'c>(&'c self, view: &'c View) -> Context<'c> {
+        Context::new(self.scene, view, &self.throughput, &self.catalogue)
     }
 
     /// The means of one exposure.

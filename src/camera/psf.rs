@@ -200,6 +200,11 @@ impl Psf {
         psf
     }
 
+    /// The profile behind the table.
+    pub fn profile(&self) -> &Profile {
+        &self.profile
+    }
+
     /// Share of a centred point's light outside its stamp.
     pub fn lost(&self) -> f64 {
         self.lost
@@ -234,9 +239,8 @@ impl Psf {
     pub fn add_point(&self, at: DVec2, electrons: f64, region: &Region, out: &mut [f64]) {
         let reach = self.radius as f64 + 0.5;
         let (far_x, far_y) = ((region.x0 + region.width) as f64, (region.y0 + region.height) as f64);
-        if !(at.x > region.x0 as f64 - reach && at.x < far_x + reach)
-            || !(at.y > region.y0 as f64 - reach && at.y < far_y + reach)
-        {
+        let near = |at: f64, first: usize, far: f64| at > first as f64 - reach && at < far + reach;
+        if !near(at.x, region.x0, far_x) || !near(at.y, region.y0, far_y) {
             return;
         }
         let (nearest_x, phase_x, weights_x) = self.stencil(at.x);

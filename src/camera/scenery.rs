@@ -6,8 +6,7 @@ use super::scintillation;
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::random::{Address, Stage};
 use crate::base::sample::uniform;
-use crate::base::units::{ARCSEC, ARCSEC_PER_RAD, flux_from_mag};
-use crate::light::tables;
+use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
 use crate::light::throughput::{RateAtAirmass, Throughput};
 use crate::plan::view::View;
 use crate::scene::{Scene, Table};
@@ -69,18 +68,7 @@ fn target_number(index: usize) -> u64 {
 impl Scenery {
     /// The scenery of one exposure.
     pub fn new(scene: &Scene, view: &View, throughput: &Throughput, catalogue: &Catalogue) -> Self {
-        let solar = tables::solar_of_v_zero();
-        // on the observed sky; astrometric scales are stretched by differential refraction
-        let pixel_rad = scene.telescope.plate_scale_arcsec * ARCSEC;
-        let context = Context {
-            scene,
-            view,
-            throughput,
-            catalogue,
-            solar_v_zero: throughput.rate_near(&solar, view.airmass),
-            solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
-            pixel_sr: pixel_rad * pixel_rad,
-        };
+        let context = Context::new(scene, view, throughput, catalogue);
         let dark_e = dark::rate(&scene.detector) * view.exposure_s;
         let sources = sky::sources(&context);
         let centre = context.toward(view.wcs.mid.crpix);
@@ -121,7 +109,7 @@ impl Scenery {
         };
         let source = if scene.stars.random_count > 0 { "random places" } else { "catalogue, solar colour" };
         let synthetic = if scene.stars.synthetic {
-            Why::NoData("star counts are not drawn one by one; their light is in sky.starlight".into())
+            Why::NotVisible("stars beyond the catalogue are not drawn one by one; their light is in sky.starlight".into())
         } else {
             Why::NotAsked
         };

@@ -4,8 +4,8 @@ use super::args::{Global, SceneArgs};
 use super::talk::{Failure, Talk, load, print, print_json};
 use crate::io::atomic;
 use crate::io::ecsv::to_ecsv;
+use crate::plan::planner::Planner;
 use crate::plan::table::table;
-use crate::plan::view::Planner;
 use crate::simulate::SimulateError;
 use serde_json::json;
 

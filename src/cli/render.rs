@@ -86,7 +86,7 @@ fn frame_range(text: Option<&str>, count: usize) -> Result<Range<usize>, RunErro
     let number =
         |t: &str, empty: usize| if t.is_empty() { Ok(empty) } else { t.trim().parse().map_err(|_| fault()) };
     let range = match text.split_once("..") {
-        None => number(text, 0).map(|n| n..n + 1)?,
+        None => text.trim().parse().map(|n: usize| n..n.saturating_add(1)).map_err(|_| fault())?,
         Some((a, b)) => match b.strip_prefix('=') {
             Some(last) => number(a, 0)?..number(last, count)?.checked_add(1).ok_or_else(fault)?,
             None => number(a, 0)?..number(b, count)?,

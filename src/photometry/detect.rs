@@ -115,7 +115,7 @@ impl Map {
 
 /// Radius of a map for a search: wide enough to hold noise beside a bright source.
 fn map_radius(search_px: f64, fwhm: f64) -> i64 {
-    search_px.min(WIDEST_PX).max(20.0).max(6.0 * fwhm).ceil() as i64
+    search_px.clamp(20.0, WIDEST_PX).max(6.0 * fwhm).ceil() as i64
 }
 
 /// The place of a target expected on `predicted`; none if nothing is significant. A search radius below half

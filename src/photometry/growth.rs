@@ -9,7 +9,7 @@
 //! does not tell about the wings appears as the share's uncertainty and widens the flux error honestly.
 //! Chi-square is scaled to the best fit's when that exceeds its degrees of freedom.
 
-use super::aperture::Segment;
+use super::aperture::{self, Segment};
 use super::frame::Frame;
 use super::profile::{Grid, Shape, share};
 use glam::DVec2;
@@ -19,7 +19,7 @@ const MODEL_FLOOR: f64 = 0.003;
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;
 /// Widest wings considered: 1/beta.
-const MAX_INVERSE_BETA: f64 = 0.52;
+const MAX_INVERSE_BETA: f64 = 0.6;
 
 /// Sums of light in rings about a source.
 #[derive(Debug, Clone)]
@@ -46,7 +46,7 @@ pub fn ring_edges(fwhm: f64) -> Vec<f64> {
 }
 
 impl Rings {
-    /// The rings about `segment`; a pixel is spread evenly over its 3 x 3 parts. Pixels for which `masked` holds and
+    /// The rings about `segment`, pixels shared between them by area. Pixels for which `masked` holds and
     /// pixels that are no number are left out with their area.
     pub fn gather(
         frame: &Frame,
@@ -59,26 +59,19 @@ impl Rings {
         let (mut sum_e, mut area_px) = (vec![0.0; n], vec![0.0; n]);
         let reach = edges[n];
         let bias = frame.bias_adu.unwrap_or(0.0);
-        segment.for_pixels(frame, reach + 0.5, |place, distance, value| {
+        segment.for_pixels(frame, reach + 0.708, |place, distance, value| {
             if !value.is_finite() || masked(place) {
                 return;
             }
             let value_e = (value - bias) * frame.gain_e_adu;
-            let mut add = |d: f64, part: f64| {
-                let ring = edges.partition_point(|e| *e <= d);
-                if ring >= 1 && ring <= n {
-                    sum_e[ring - 1] += part * value_e;
-                    area_px[ring - 1] += part;
-                }
-            };
-            if distance > 0.6 * reach {
-                return add(distance, 1.0);
-            }
-            for j in -1..=1 {
-                for i in -1..=1 {
-                    let part = place + DVec2::new(f64::from(i), f64::from(j)) / 3.0;
-                    add(segment.distance(part), 1.0 / 9.0);
-                }
+            let mut ring = edges.partition_point(|e| *e <= distance - 0.708).max(1);
+            let mut inside = 0.0;
+            // trails along a row have few distances: the pixel is shared between rings exactly
+            while ring <= n && inside < 1.0 {
+                let within = aperture::overlap(segment, place, distance, edges[ring], 4);
+                sum_e[ring - 1] += (within - inside) * value_e;
+                area_px[ring - 1] += within - inside;
+                (ring, inside) = (ring + 1, within);
             }
         });
         Self { sum_e, area_px, sky_variance, length: segment.length() }
@@ -315,7 +308,7 @@ pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -
 fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
     let moffat = |q: f64| Shape::Moffat { inverse_beta: q.clamp(0.0, MAX_INVERSE_BETA) };
     let coarse = |fit: &Fit, fwhm: f64| {
-        let q = (0..=5).map(|i| 0.1 * f64::from(i));
+        let q = (0..=6).map(|i| 0.1 * f64::from(i));
         let tried = q.map(|q| (q, fit.width(moffat(q), fwhm, 1.3)));
         tried.fold((0.25, (fwhm, f64::INFINITY, 0.1)), |a, b| if b.1.1 < a.1.1 { b } else { a })
     };

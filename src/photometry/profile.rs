@@ -30,20 +30,43 @@ pub enum Shape {
     Kolmogorov,
 }
 
+/// A shape with its constants worked out, for FWHM = 1 and unit flux.
+#[derive(Debug, Clone, Copy)]
+enum Ready {
+    Gaussian,
+    /// Norm, 1/a^2, beta.
+    Moffat(f64, f64, f64),
+    Kolmogorov,
+}
+
 impl Shape {
     /// Intensity at `r`, for FWHM = 1 and unit flux.
     pub fn intensity(self, r: f64) -> f64 {
+        self.ready().at(r)
+    }
+
+    fn ready(self) -> Ready {
         match self {
-            Self::Moffat { inverse_beta } if inverse_beta < 1e-3 => {
-                let k = 4.0 * std::f64::consts::LN_2;
-                k / PI * (-k * r * r).exp()
-            }
+            Self::Moffat { inverse_beta } if inverse_beta < 1e-3 => Ready::Gaussian,
             Self::Moffat { inverse_beta } => {
                 // 1/a^2 for FWHM = 1
                 let k = 4.0 * (2f64.powf(inverse_beta) - 1.0);
                 let beta = 1.0 / inverse_beta;
-                (beta - 1.0) * k / PI * (-beta * (k * r * r).ln_1p()).exp()
+                Ready::Moffat((beta - 1.0) * k / PI, k, beta)
             }
+            Self::Kolmogorov => Ready::Kolmogorov,
+        }
+    }
+}
+
+impl Ready {
+    fn at(self, r: f64) -> f64 {
+        match self {
+            Self::Gaussian => {
+                const K: f64 = 4.0 * std::f64::consts::LN_2;
+                K / PI * (-K * r * r).exp()
+            }
+            Self::Moffat(norm, k, beta) => norm * (-beta * (k * r * r).ln_1p()).exp(),
             Self::Kolmogorov => kolmogorov(r),
         }
     }
@@ -127,7 +150,8 @@ impl Grid {
         const NODES: [f64; 3] = [0.0, 1.355_626_18, 2.856_970_01];
         const WEIGHTS: [f64; 3] = [0.533_333_333, 0.222_075_922, 0.011_257_411_3];
         let sigma = BOXES_VARIANCE.sqrt();
-        let plain = |r: f64| shape.intensity(r / fwhm) / (fwhm * fwhm);
+        let ready = shape.ready();
+        let plain = |r: f64| ready.at(r / fwhm) / (fwhm * fwhm);
         let blurred = |r: f64| {
             if r > 8.0 * fwhm.max(3.0) {
                 return plain(r);

@@ -64,15 +64,26 @@ pub fn blank(width: usize, height: usize, value: f32) -> Frame {
     }
 }
 
-/// Mean electrons of sources: each pixel by n x n sub-pixels, each trail by origins 1/4 px apart.
+/// Mean electrons of sources: each pixel by n x n sub-pixels, each trail by origins 1/2 px apart.
 pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[Source]) -> Vec<f64> {
     let mut mean = vec![camera.sky_e; width * height];
+    // the profile against the squared distance [px^2]
+    const PER_PX2: f64 = 64.0;
+    let knots = (40.0 * camera.fwhm * PER_PX2 * 41.0 * camera.fwhm) as usize;
+    let radius = |i: usize| (i as f64 / PER_PX2).sqrt() / camera.fwhm;
+    let profile = (0..knots).map(|i| camera.shape.intensity(radius(i))).collect::<Vec<_>>();
+    let intensity = |square: f64| {
+        let t = square * PER_PX2;
+        let i = t as usize;
+        if i + 1 < knots { profile[i] + (profile[i + 1] - profile[i]) * (t - i as f64) } else { 0.0 }
+    };
     for source in sources {
-        let origins = (source.segment.length() * 3.0).ceil().max(1.0) as usize;
+        let origins = (source.segment.length() * 2.0).ceil().max(1.0) as usize;
         // wings are convex: their pixels are divided too where that matters by 1e-4 of the flux
         let reach = if source.segment.length() > 0.0 { 14.0 } else { 40.0 } * camera.fwhm;
         let s = &source.segment;
-        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { 5i32 } else { 2 + i32::from(distance < 8.0) };
+        let core = if origins > 1 { 3i32 } else { 5 };
+        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { core } else { 2 + i32::from(distance < 8.0) };
         let extent = s.half.abs() + DVec2::splat(reach);
         let clip = |v: f64, n: usize| (v.max(0.0) as usize).min(n);
         for y in clip(s.centre.y - extent.y, height)..clip(s.centre.y + extent.y + 1.0, height) {
@@ -94,7 +105,7 @@ pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[S
                     for j in 0..n {
                         for i in 0..n {
                             let offset = DVec2::new(f64::from(i) + 0.5, f64::from(j) + 0.5) * part - 0.5;
-                            sum += camera.shape.intensity((place + offset - origin).length() / camera.fwhm);
+                            sum += intensity((place + offset - origin).length_squared());
                         }
                     }
                 }

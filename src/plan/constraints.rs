@@ -1,18 +1,7 @@
 //! Whether an exposure is worth taking, and why not.
 
-use super::view::View;
+use super::view::{Observability, View};
 use crate::scene::Scene;
-
-/// The verdict on an exposure.
-#[derive(Debug, Clone, Default, PartialEq)]
-pub struct Observability {
-    /// True if no constraint is broken.
-    pub observable: bool,
-    /// The constraints broken, with value and limit; empty if none.
-    pub why: String,
-    /// True if the frame's centre is below the horizon: no frame can be taken at all.
-    pub below_horizon: bool,
-}
 
 /// Lowest elevation at an azimuth \[both deg\] on a mask of (azimuth, elevation) points, linear between them and
 /// round the circle.

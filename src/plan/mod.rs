@@ -2,6 +2,7 @@
 
 pub mod constraints;
 pub mod place;
+pub mod planner;
 pub mod pointing;
 pub mod table;
 pub mod view;

@@ -8,7 +8,8 @@ use crate::io::image::{Image, ReadError};
 use crate::photometry::{
     FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
 };
-use crate::plan::view::{Planner, View};
+use crate::plan::planner::Planner;
+use crate::plan::view::View;
 use crate::scene::Scene;
 use crate::simulate::SimulateError;
 use crate::stars::catalogue::Catalogue;
@@ -77,7 +78,7 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
         })
         .collect::<Result<Vec<_>, RunError>>()?;
     let mut rows = per_frame.into_iter().flatten().collect::<Vec<_>>();
-    rows.sort_by(|a, b| a.0.time.epoch().cmp(&b.0.time.epoch()));
+    rows.sort_by_key(|row| row.0.time.epoch());
     let (mut measurements, geometry): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     borrow_zero_points(&mut measurements);
     let geometry = geometry.into_iter().collect::<Option<Vec<_>>>();

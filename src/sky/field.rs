@@ -35,7 +35,7 @@ impl SkyField {
     }
 
     /// The field on a grid of `cells` by `cells`, its error measured at the midpoints.
-    fn with_cells(context: &Context, sources: &[&dyn Source], size: DVec2, cells: usize) -> Self {
+    pub fn with_cells(context: &Context, sources: &[&dyn Source], size: DVec2, cells: usize) -> Self {
         let evaluate = |x: f64, y: f64| Self::reference(context, sources, DVec2::new(x, y) * (size - 1.0));
         let share = |i: usize, shift: f64| (i as f64 + shift) / cells as f64;
         let grid = |count: usize| (0..count).flat_map(move |j| (0..count).map(move |i| (i, j)));

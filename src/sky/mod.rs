@@ -20,7 +20,8 @@ pub mod zodiacal;
 use crate::astro::observer::airmass;
 use crate::astro::observer::azimuth_elevation;
 use crate::base::ledger::{Row, Verdict, Why};
-use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
+use crate::base::units::{ARCSEC, ARCSEC_PER_RAD, flux_from_mag};
+use crate::light::tables;
 use crate::light::throughput::{RateAtAirmass, Throughput};
 use crate::plan::view::View;
 use crate::scene::{Scene, Sky, SkyModel};
@@ -61,7 +62,23 @@ pub struct Context<'a> {
     pub pixel_sr: f64,
 }
 
-impl Context<'_> {
+impl<'a> Context<'a> {
+    /// What the sources of one exposure need.
+    pub fn new(scene: &'a Scene, view: &'a View, throughput: &'a Throughput, catalogue: &'a Catalogue) -> Self {
+        let solar = tables::solar_of_v_zero();
+        // on the observed sky; astrometric scales are stretched by differential refraction
+        let pixel_rad = scene.telescope.plate_scale_arcsec * ARCSEC;
+        Self {
+            scene,
+            view,
+            throughput,
+            catalogue,
+            solar_v_zero: throughput.rate_near(&solar, view.airmass),
+            solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
+            pixel_sr: pixel_rad * pixel_rad,
+        }
+    }
+
     /// Solid angle of a pixel \[arcsec^2\].
     pub fn pixel_arcsec2(&self) -> f64 {
         self.pixel_sr * ARCSEC_PER_RAD * ARCSEC_PER_RAD

@@ -10,7 +10,7 @@ use super::{Context, Source, Toward};
 use crate::base::ledger::Verdict;
 use crate::base::units::flux_from_mag;
 use crate::scene::Table;
-use glam::{DMat3, DVec3};
+use glam::DVec3;
 
 const TABLE: &str = include_str!("../../catalogs/starlight/bs80.csv");
 /// The lowest latitude of the extrapolation \[deg\].
@@ -86,12 +86,8 @@ fn bracket(nodes: &[f64], x: f64) -> (usize, f64) {
 
 /// Galactic latitude and longitude \[deg\] of an ICRS direction (Hipparcos catalogue 1997, sect. 1.5.3).
 pub fn galactic(icrs: DVec3) -> (f64, f64) {
-    let to_galactic = DMat3::from_cols(
-        DVec3::new(-0.054_875_560_416_215_4, 0.494_109_427_875_583_7, -0.867_666_149_019_004_7),
-        DVec3::new(-0.873_437_090_234_885, -0.444_829_629_960_011_2, -0.198_076_373_431_201_5),
-        DVec3::new(-0.483_835_015_548_713_2, 0.746_982_244_497_218_9, 0.455_983_776_175_066_9),
-    );
-    let (l, b) = crate::astro::angles(to_galactic * icrs);
+    let (ra, dec) = crate::astro::angles(icrs);
+    let (l, b) = sofars::coords::icrs2g(ra, dec);
     (b.to_degrees(), l.to_degrees())
 }
 

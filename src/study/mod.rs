@@ -1,3 +1,4 @@
 //! Studies of a scene.
 
+pub mod accuracy;
 pub mod explain;

@@ -1,0 +1,141 @@
+//! From a scene to the geometry of its exposures, each computed once.
+
+use super::PlanError;
+use super::constraints;
+use super::place::{Motion, Place};
+use super::pointing::{Attitudes, Mount};
+use super::view::{Body, Horizontal, Moon, Observability, TargetView, View};
+use super::wcs::east_north;
+use crate::astro::observer::{Air, Observer, Site, airmass};
+use crate::astro::time::Instant;
+use crate::astro::{self, bodies, separation};
+use crate::scene::Scene;
+use glam::DVec2;
+
+/// Half the step of the numerical derivative of a place \[s\].
+const RATE_STEP_S: f64 = 0.1;
+
+/// A scene made ready for planning.
+#[derive(Debug, Clone)]
+pub struct Planner<'a> {
+    scene: &'a Scene,
+    /// The station.
+    pub site: Site,
+    motions: Vec<Motion>,
+    mount: Mount,
+}
+
+impl<'a> Planner<'a> {
+    /// The planner of a scene.
+    ///
+    /// # Errors
+    /// [`PlanError`] for elements that cannot be used or a frame with nothing to point at.
+    pub fn new(scene: &'a Scene) -> Result<Self, PlanError> {
+        let s = &scene.station;
+        let air = Air { pressure_hpa: s.pressure_hpa, temperature_c: s.temperature_c, humidity: s.humidity };
+        let site = Site::new(s.longitude_deg.to_radians(), s.latitude_deg.to_radians(), s.height_m, &air);
+        let motions = scene.target.iter().map(Motion::of).collect::<Result<Vec<_>, _>>()?;
+        let mount = Mount::of(scene, &motions)?;
+        Ok(Self { scene, site, motions, mount })
+    }
+
+    /// The geometry of frame number `frame`.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn view(&self, frame: usize) -> Result<View, PlanError> {
+        let exposures = &self.scene.exposures;
+        let start = Instant::new(exposures.start).plus(frame as f64 * exposures.cadence_s);
+        let (mid, end) = (start.plus(0.5 * exposures.duration_s), start.plus(exposures.duration_s));
+        let observer = Observer::at(&self.site, &mid)?;
+        let wcs = self.mount.attitudes(&self.site, [&start, &mid, &end])?;
+        let centre = Horizontal::of(observer.observed(wcs.mid.centre));
+        let sun = sun(&observer, &mid);
+        let moon = moon(&observer, &mid);
+        let targets = self
+            .motions
+            .iter()
+            .map(|motion| self.target(motion, &observer, &moon, [&start, &mid, &end]))
+            .collect::<Result<Vec<_>, _>>()?;
+        let mut view = View {
+            frame,
+            start,
+            mid,
+            end,
+            exposure_s: exposures.duration_s,
+            observer,
+            wcs,
+            centre,
+            airmass: airmass(centre.elevation),
+            track_rate: track_rate(&wcs, exposures.duration_s),
+            sun,
+            moon,
+            targets,
+            observability: Observability::default(),
+        };
+        view.observability = constraints::assess(&view, self.scene);
+        Ok(view)
+    }
+
+    /// The geometry of all frames of the scene.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn views(&self) -> Result<Vec<View>, PlanError> {
+        (0..self.scene.exposures.count).map(|frame| self.view(frame)).collect()
+    }
+
+    fn target(
+        &self,
+        motion: &Motion,
+        observer: &Observer,
+        moon: &Moon,
+        [start, mid, end]: [&Instant; 3],
+    ) -> Result<TargetView, astro::Error> {
+        let place = motion.place_from(observer, mid)?;
+        let light = place.illumination(observer, mid);
+        let at = |t: &Instant| motion.place(&self.site, t);
+        let (first, last) = (at(start)?, at(end)?);
+        let sunlit = |place: &Place, t: &Instant| place.illumination(observer, t).sunlit;
+        let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
+        let step = at(&mid.plus(RATE_STEP_S))?.astrometric - at(&mid.plus(-RATE_STEP_S))?.astrometric;
+        let (east, north) = east_north(place.astrometric);
+        Ok(TargetView {
+            place,
+            start_end: [first.astrometric, last.astrometric],
+            light,
+            sunlit_mean: (sunlit(&first, start) + 4.0 * light.sunlit + sunlit(&last, end)) / 6.0,
+            apparent,
+            airmass: airmass(apparent.elevation),
+            rate: DVec2::new(step.dot(east), step.dot(north)) / (2.0 * RATE_STEP_S),
+            moon_separation: separation(place.geocentric, moon.body.direction),
+        })
+    }
+}
+
+fn sun(observer: &Observer, t: &Instant) -> Body {
+    let direction = bodies::sun_from(t, observer.gcrs).normalize();
+    Body { horizontal: Horizontal::of(observer.airless(direction)), direction }
+}
+
+fn moon(observer: &Observer, t: &Instant) -> Moon {
+    let vector = bodies::moon_from(t, observer.gcrs);
+    let sun_from_moon = observer.earth.to_sun - (observer.gcrs + vector);
+    Moon {
+        body: Body {
+            horizontal: Horizontal::of(observer.airless_geocentric(vector)),
+            direction: vector.normalize(),
+        },
+        phase: separation(sun_from_moon, -vector),
+    }
+}
+
+/// Motion of the frame's centre among the stars \[rad/s\]; 0 for an instantaneous exposure.
+fn track_rate(wcs: &Attitudes, exposure_s: f64) -> DVec2 {
+    if exposure_s <= 0.0 {
+        return DVec2::ZERO;
+    }
+    let (east, north) = east_north(wcs.mid.centre);
+    let moved = wcs.end.centre - wcs.start.centre;
+    DVec2::new(moved.dot(east), moved.dot(north)) / exposure_s
+}

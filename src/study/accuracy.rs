@@ -1,0 +1,149 @@
+//! Error against run time of the approximations in a frame, each against its reference twin.
+//!
+//! * `sky.nodes`: the sky's means on a grid of nodes, bilinear between them, against evaluation at the pixel.
+//! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
+//! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.
+//! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
+
+use crate::base::accuracy::AccuracyRow;
+use crate::camera::psf::{Path, Psf, Region};
+use crate::plan::view::View;
+use crate::simulate::Simulator;
+use crate::sky::{self, field::SkyField};
+use glam::DVec2;
+
+/// Largest and root-mean-square of errors.
+struct Errors {
+    max: f64,
+    rms: f64,
+}
+
+impl Errors {
+    fn of(errors: &[f64]) -> Self {
+        let square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
+        Self { max: errors.iter().fold(0.0, |max, e| e.abs().max(max)), rms: square.sqrt() }
+    }
+}
+
+/// Rows for one exposure of a scene. `clock` gives seconds since some moment.
+pub fn rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+    let mut rows = sky_rows(simulator, view, clock);
+    rows.extend(psf_rows(simulator, view, clock));
+    mark_pareto(&mut rows);
+    rows
+}
+
+fn row(name: &str, setting: String, errors: &Errors, unit: &str, time_s: f64, bytes: usize) -> AccuracyRow {
+    AccuracyRow {
+        approximation: name.to_owned(),
+        setting,
+        max_err: errors.max,
+        rms_err: errors.rms,
+        unit: unit.to_owned(),
+        time_s,
+        bytes: bytes as u64,
+        pareto: false,
+        default: false,
+    }
+}
+
+fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+    const SAMPLES: usize = 23;
+    let context = simulator.sky_context(view);
+    let sources = sky::sources(&context);
+    let present = sources.iter().filter(|s| s.assess().is_needed()).map(|s| &**s).collect::<Vec<_>>();
+    let [width, height] = simulator.scene.detector.size_px.map(|n| n as f64 - 1.0);
+    let size = DVec2::new(width + 1.0, height + 1.0);
+    let share = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
+    let pixels = (0..SAMPLES * SAMPLES)
+        .map(|k| DVec2::new(share(k % SAMPLES) * width, share(k / SAMPLES) * height))
+        .collect::<Vec<_>>();
+    let exact = pixels.iter().map(|p| SkyField::reference(&context, &present, *p)).collect::<Vec<_>>();
+    let default = SkyField::new(&context, &present, simulator.scene.accuracy.sky).bytes();
+    [2, 4, 8, 16, 32]
+        .map(|cells| {
+            let began = clock();
+            let field = SkyField::with_cells(&context, &present, size, cells);
+            let took = clock() - began;
+            let errors = pixels.iter().zip(&exact).map(|(p, e)| field.at(*p) / e - 1.0).collect::<Vec<_>>();
+            let setting = format!("{cells} x {cells} cells");
+            let mut row = row("sky.nodes", setting, &Errors::of(&errors), "relative", took, field.bytes());
+            row.default = field.bytes() == default;
+            row
+        })
+        .into()
+}
+
+fn psf_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+    let scenery = simulator.scenery(view);
+    let profile = *scenery.psf.profile();
+    let chosen = simulator.scene.accuracy.psf;
+    let region = Region { x0: 0, y0: 0, width: 601, height: 301 };
+    let still = Path::still(DVec2::new(300.23, 150.41));
+    let slant = DVec2::new(50.0, 8.0);
+    let trail = Path { start: still.mid - slant, mid: still.mid, end: still.mid + slant };
+    let mut rows = Vec::new();
+    for outside in [1e-2, 1e-3, 1e-4, 1e-5] {
+        let psf = Psf::new(profile, outside);
+        let mut out = vec![0.0; region.len()];
+        let began = clock();
+        psf.add(&trail, 1.0, &region, &mut out);
+        let took = clock() - began;
+        let mut lost = row(
+            "psf.stamp",
+            format!("{outside:e} outside"),
+            &Errors::of(&[psf.lost()]),
+            "share",
+            took,
+            psf.bytes(),
+        );
+        lost.default = outside == chosen;
+        rows.push(lost);
+        if outside == chosen {
+            rows.push(against_reference("psf.trail", &psf, &trail, &region, &out, took));
+            let mut out = vec![0.0; region.len()];
+            let began = clock();
+            psf.add(&still, 1.0, &region, &mut out);
+            rows.push(against_reference("psf.table", &psf, &still, &region, &out, clock() - began));
+        }
+    }
+    rows
+}
+
+/// Error of the drawn image `out` at pixels along the path, in shares of the light.
+fn against_reference(
+    name: &str,
+    psf: &Psf,
+    path: &Path,
+    region: &Region,
+    out: &[f64],
+    time_s: f64,
+) -> AccuracyRow {
+    let steps = if path.length() > 0.0 { 4000 } else { 1 };
+    let errors = (0..40)
+        .map(|k| {
+            let along = path.at(f64::from(k) / 39.0);
+            let pixel =
+                DVec2::new((along.x + f64::from(k % 5) - 2.0).round(), (along.y + f64::from(k % 7) - 3.0).round());
+            let exact = Psf::reference(psf.profile(), path, pixel, 24, steps);
+            out[pixel.y as usize * region.width + pixel.x as usize] - exact
+        })
+        .collect::<Vec<_>>();
+    let mut row =
+        row(name, "default".into(), &Errors::of(&errors), "share of light in a pixel", time_s, psf.bytes());
+    row.default = true;
+    row
+}
+
+/// Mark the settings that no other of the same approximation beats in both error and time.
+fn mark_pareto(rows: &mut [AccuracyRow]) {
+    let all = rows.to_vec();
+    for row in rows {
+        row.pareto = !all.iter().any(|other| {
+            other.approximation == row.approximation
+                && other.max_err <= row.max_err
+                && other.time_s <= row.time_s
+                && (other.max_err < row.max_err || other.time_s < row.time_s)
+        });
+    }
+}
