@@ -109,7 +109,9 @@ impl Scenery {
         };
         let source = if scene.stars.random_count > 0 { "random places" } else { "catalogue, solar colour" };
         let synthetic = if scene.stars.synthetic {
-            Why::NotVisible("stars beyond the catalogue are not drawn one by one; their light is in sky.starlight".into())
+            Why::NotVisible(
+                "stars beyond the catalogue are not drawn one by one; their light is in sky.starlight".into(),
+            )
         } else {
             Why::NotAsked
         };

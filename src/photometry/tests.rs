@@ -172,6 +172,7 @@ fn require_honest(camera: &Camera, target_e: f64, absent: usize) {
     for (what, values) in [("flux", &p.flux), ("magnitude", &p.mag)] {
         let (mean, width) = moments(values);
         let told = format!("{what} of {target_e} e, {:?} FWHM {}: {mean} +- {width}", camera.shape, camera.fwhm);
+        println!("{told}");
         assert!(mean.abs() < 0.2 && (0.8..1.25).contains(&width), "{told}");
     }
 }
@@ -276,24 +277,44 @@ fn saturation_edges_crossings_and_bad_pixels_are_flagged() {
 #[test]
 #[ignore = "diag"]
 fn diag() {
-    for (x, y) in [(40.0, 0.0), (40.0, 5.0), (0.0, 0.0)] {
-        for seed in [4, 5, 6] {
-            let camera = Camera { shape: moffat(3.0), ..Camera::default() };
-            let field = field(DVec2::new(x, y), 0, seed);
-            print!("trail {x} {y} seed {seed} ({} sources)", field.sources.len());
-            for r in [4.25, 8.0] {
-                let settings = Settings { aperture_px: Some(r), ..Settings::default() };
-                let p = pulls(&camera, &field, 1.2e5, 20, &settings);
-                print!(
-                    " {r}: {:+.5} mag {:+.2} ({:.4} {:.4} {:.3})",
-                    moments(&p.bias).0,
-                    moments(&p.mag).0,
-                    p.err,
-                    p.share,
-                    p.fwhm
-                );
-            }
-            println!(" bias");
+    use super::profile::Grid;
+    for (label, trail, shape) in [
+        ("trail", DVec2::new(97.0, 6.0), moffat(2.5)),
+        ("point", DVec2::ZERO, moffat(2.5)),
+        ("trail", DVec2::new(97.0, 6.0), moffat(4.0)),
+        ("trail", DVec2::new(97.0, 6.0), Shape::Kolmogorov),
+    ] {
+        let camera = Camera { shape, ..Camera::default() };
+        let field = field(trail, 0, 3);
+        let mut sources = field.sources.clone();
+        let target_e = 1.5e5;
+        sources.push(Source { segment: field.target, flux_e: target_e });
+        let mean = synthetic::mean_electrons(&camera, SIZE, SIZE, &sources);
+        let grid = Grid::new(3.0, 200.0);
+        let truth = grid.profile(shape, 3.0);
+        let (mut pull, mut ds, mut doubt, mut fwhm, mut raw) = (vec![], vec![], vec![], vec![], vec![]);
+        for seed in 0..150 {
+            let mut frame = synthetic::develop(&camera, SIZE, SIZE, 7000 + seed, &mean);
+            frame.track_rad_s = rate(field.trail, frame.exptime_s);
+            let m = measure(&frame, &field.stars, &Place::Header, DVec2::ZERO, &Settings::default());
+            let r = m.aperture_px;
+            let a = aperture::annulus_radii(r, m.fwhm_px.hypot(0.68));
+            let area = |r: f64| r * r;
+            let share = |r: f64| profile::share(&grid.share_weights(r, 0.0), &truth);
+            let s = share(r) - (share(a[1]) - share(a[0])) * area(r) / (area(a[1]) - area(a[0]));
+            pull.push((m.flux_e - target_e) / m.flux_err_e);
+            ds.push(m.share - s);
+            raw.push(m.flux_e * m.share / s / target_e - 1.0);
+            doubt.push((m.share_covariance).sqrt());
+            fwhm.push(m.fwhm_px);
         }
+        println!(
+            "{label} {shape:?} pull {:?} share-truth {:?} flux at true share {:?} cov {:?} fwhm {:?}",
+            moments(&pull),
+            moments(&ds),
+            moments(&raw),
+            moments(&doubt),
+            moments(&fwhm)
+        );
     }
 }

@@ -171,6 +171,15 @@ impl Mount {
         Camera { centre, x: axis(self.axes[0]), y: axis(self.axes[1]) }
     }
 
+    /// The exact map from pixel offsets to astrometric places with the place `centre` at the reference pixel: the
+    /// reference twin of the expansion in [`Wcs`].
+    #[cfg(test)]
+    pub(super) fn exact_sky<'m>(&'m self, observer: &'m Observer, centre: DVec3) -> impl Fn(DVec2) -> DVec3 + 'm {
+        let unshifted = Self { offset: DVec2::ZERO, ..self.clone() };
+        let camera = unshifted.camera(observer, centre);
+        move |offset| observer.astrometric(camera.observed(offset, self.scale))
+    }
+
     fn wcs(&self, observer: &Observer, camera: &Camera) -> Wcs {
         Wcs::from_map(self.crpix, self.half_size, |offset| {
             observer.astrometric(camera.observed(offset, self.scale))
