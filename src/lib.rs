@@ -51,3 +51,8 @@ pub mod stars;
 pub mod study;
 
 pub use simulate::simulate;
+
+/// The README's example is compiled with the documentation's.
+#[cfg(doctest)]
+#[doc = include_str!("../README.md")]
+struct Readme;

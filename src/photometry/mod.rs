@@ -65,6 +65,8 @@ pub mod flag {
 
 /// Most sources used for the point spread function.
 const PSF_SOURCES: usize = 24;
+/// So many without a neighbour in their wings make the others unneeded.
+const PSF_CLEAR: usize = 6;
 /// Signal-to-noise ratio above which a source tells of the point spread function.
 const PSF_SNR: f64 = 40.0;
 /// Stars that fix the common pointing offset.
@@ -308,10 +310,17 @@ fn bright_sources(
     target: Option<Segment>,
     fwhm: f64,
 ) -> Vec<(Segment, f64, Vec<Track>)> {
-    let stars = lonely.iter().map(|i| (tracks[*i].segment, Some(*i)));
+    // the wings of a neighbour beyond its mask would pass for background: the loneliest come first
+    let (clear, crowded): (Vec<usize>, Vec<usize>) = lonely.iter().partition(|i| {
+        let segment = &tracks[**i].segment;
+        let rival = |t: &Track| t.mag_v < tracks[**i].mag_v + 2.5 && t.segment.gap(segment) < 20.0 * fwhm;
+        !field::around(tracks, segment, 20.0 * fwhm, Some(**i)).iter().any(rival)
+    });
+    let enough = clear.len();
+    let stars = clear.into_iter().chain(crowded).map(|i| (tracks[i].segment, Some(i)));
     let mut sources = Vec::new();
-    for (segment, index) in target.map(|t| (t, None)).into_iter().chain(stars) {
-        if sources.len() > PSF_SOURCES {
+    for (tried, (segment, index)) in target.map(|t| (t, None)).into_iter().chain(stars).enumerate() {
+        if sources.len() > PSF_SOURCES || (sources.len() > PSF_CLEAR && tried > enough) {
             break;
         }
         let beside = field::around(tracks, &segment, 10.0 * fwhm, index);

@@ -24,11 +24,11 @@ fn field(trail: DVec2, absent: usize, seed: u64) -> Field {
     frame.track_rad_s = rate(trail, frame.exptime_s);
     let place = Address { seed, frame: 0, stage: Stage::RandomStars };
     let (mut stars, mut sources) = (Vec::new(), Vec::new());
-    for i in 0..24u64 {
+    for i in 0..15u64 {
         let draw = |k: u32| uniform(place.block(i, k)[0]);
         // a loose lattice, so that most stand alone
-        let (column, row) = ((i % 4) as f64, (i / 4) as f64);
-        let pixel = DVec2::new(20.0 + 150.0 * column + 130.0 * draw(0), 30.0 + 100.0 * row + 70.0 * draw(1));
+        let (column, row) = ((i % 3) as f64, (i / 3) as f64);
+        let pixel = DVec2::new(80.0 + 210.0 * column + 60.0 * draw(0), 40.0 + 120.0 * row + 50.0 * draw(1));
         let mag_v = 8.0 + 3.5 * draw(2);
         let star = FieldStar { direction: frame.wcs.sky(pixel), mag_v };
         let segment = frame.star_segment(star.direction).expect("on the frame");
