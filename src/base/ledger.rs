@@ -77,7 +77,7 @@ pub struct Row {
     pub why: String,
     /// Upper estimate of its mean \[e-/px\].
     pub bound: f64,
-    /// Mean at the frame centre, averaged over the frames \[e-/px\]; 0 if absent.
+    /// Mean at the frame's centre, of stars and target over the frame, averaged over the frames \[e-/px\]; 0 if absent.
     pub mean_e_px: f64,
     /// Time spent on it \[ms\], all frames together.
     pub ms: f64,

@@ -95,15 +95,17 @@ impl Scenery {
 
         let stars = stars(scene, view, catalogue, &context, psf.radius() as f64);
         let targets = targets(scene, view, &context);
+        let mean_light =
+            |list: &[PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene);
         let star_verdict = if !scene.stars.enabled {
             Verdict::Absent(Why::NotAsked)
         } else if stars.is_empty() {
             Verdict::Absent(Why::NotVisible("no catalogue star in the field".into()))
         } else {
-            Verdict::Needed { bound: stars.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene) }
+            Verdict::Needed { bound: mean_light(&stars) }
         };
         let target_verdict = if targets.iter().any(|t| t.electrons > 0.0) {
-            Verdict::Needed { bound: targets.iter().map(|t| t.electrons).sum::<f64>() / frame_pixels(scene) }
+            Verdict::Needed { bound: mean_light(&targets) }
         } else {
             Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
         };
@@ -115,9 +117,13 @@ impl Scenery {
         } else {
             Why::NotAsked
         };
-        ledger.push(Row::new("stars.drawn", &star_verdict, &format!("{} stars, {source}", stars.len())));
+        let mut drawn = Row::new("stars.drawn", &star_verdict, &format!("{} stars, {source}", stars.len()));
+        drawn.mean_e_px = mean_light(&stars);
+        ledger.push(drawn);
         ledger.push(Row::new("stars.synthetic", &Verdict::Absent(synthetic), ""));
-        ledger.push(Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight"));
+        let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
+        target.mean_e_px = mean_light(&targets);
+        ledger.push(target);
         let sigma = scintillation::sigma(scene, view.exposure_s, view.airmass);
         let twinkle = if sigma > 0.0 { Verdict::Needed { bound: sigma } } else { Verdict::Absent(Why::NotAsked) };
         ledger.push(Row::new(

@@ -25,6 +25,10 @@ pub fn main(cli: &Cli) -> ExitCode {
         // fails only if a pool exists already, which nothing here makes
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
+    if cli.global.gpu == "require" {
+        talk.error("--gpu require: nothing in this version runs on a graphics processor; use auto or off");
+        return ExitCode::from(2);
+    }
     let result = match &cli.command {
         Command::Run(args) => run::run(args, &cli.global, &talk),
         Command::Plan(args) => plan::plan(args, &cli.global, &talk),

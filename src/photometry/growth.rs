@@ -217,10 +217,9 @@ impl Fit<'_> {
         (x.exp(), y, sigma.clamp(1e-4, self.expected.1))
     }
 
-    /// Weights from a reference profile, and rings and sources that no profile explains left out.
-    fn reweight(&mut self, shape: Shape, fwhm: f64, reject: bool) {
+    /// Weights from a reference profile.
+    fn reweight(&mut self, shape: Shape, fwhm: f64) {
         let shares = self.ring_shares(&self.grid.profile(shape, fwhm));
-        let mut quality = Vec::new();
         let geometries = &self.geometries;
         for (rings, class, weights) in &mut self.sources {
             let (shares, area) = (&shares[*class], &geometries[*class].area);
@@ -228,18 +227,26 @@ impl Fit<'_> {
                 let (flux, _, _) = rings.solve(shares, area, weights);
                 *weights = rings.weights(flux, shares);
             }
-            let mut chi2 = rings.solve(shares, area, weights).2;
-            if reject {
-                let typical = (chi2.iter().sum::<f64>() / chi2.len() as f64).clamp(1.0, 4.0);
-                for (w, c) in weights.iter_mut().zip(&mut chi2) {
-                    if *c > 16.0 * typical {
-                        (*w, *c) = (0.0, 0.0);
-                    }
+        }
+    }
+
+    /// Leaves out rings that the best profile does not explain (a star not in the catalogue), and whole sources (a
+    /// blend). The profile must be the best one: rings rejected under another would pull towards it.
+    fn reject(&mut self, shape: Shape, fwhm: f64) {
+        self.reweight(shape, fwhm);
+        let shares = self.ring_shares(&self.grid.profile(shape, fwhm));
+        let mut quality = Vec::new();
+        for (rings, class, weights) in &mut self.sources {
+            let mut chi2 = rings.solve(&shares[*class], &self.geometries[*class].area, weights).2;
+            let typical = (chi2.iter().sum::<f64>() / chi2.len().max(1) as f64).clamp(1.0, 4.0);
+            for (w, c) in weights.iter_mut().zip(&mut chi2) {
+                if *c > 20.0 * typical {
+                    (*w, *c) = (0.0, 0.0);
                 }
             }
             quality.push(chi2.iter().sum::<f64>() / chi2.len().max(1) as f64);
         }
-        if reject && quality.len() >= 4 {
+        if quality.len() >= 4 {
             let mut sorted = quality.clone();
             sorted.sort_by(f64::total_cmp);
             let limit = (4.0 * sorted[sorted.len() / 2]).max(4.0);
@@ -296,10 +303,9 @@ pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -
     let mut fit = Fit { grid, sources, geometries, expected };
     let seed = Shape::Moffat { inverse_beta: 0.25 };
     let mut fwhm = expected.0;
-    for reject in [false, true] {
-        fit.reweight(seed, fwhm, false);
-        fwhm = fit.width(seed, fwhm, 3.0).0;
-        fit.reweight(seed, fwhm, reject);
+    for span in [3.0, 1.5] {
+        fit.reweight(seed, fwhm);
+        fwhm = fit.width(seed, fwhm, span).0;
     }
     posterior(fit, fwhm)
 }
@@ -312,9 +318,20 @@ fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
         let tried = q.map(|q| (q, fit.width(moffat(q), fwhm, 1.3)));
         tried.fold((0.25, (fwhm, f64::INFINITY, 0.1)), |a, b| if b.1.1 < a.1.1 { b } else { a })
     };
-    let (q, (width, ..)) = coarse(&fit, fwhm);
-    fwhm = width;
-    fit.reweight(moffat(q), fwhm, false);
+    for _ in 0..2 {
+        let (q, (width, ..)) = coarse(&fit, fwhm);
+        fwhm = width;
+        fit.reweight(moffat(q), fwhm);
+    }
+    let (mut q, _) = coarse(&fit, fwhm);
+    (q, _) = golden((q - 0.1).max(0.0), (q + 0.1).min(MAX_INVERSE_BETA), 5, |q| fit.width(moffat(q), fwhm, 1.15).1);
+    let (turbulent, fitted) = (fit.width(Shape::Kolmogorov, fwhm, 1.3), fit.width(moffat(q), fwhm, 1.15));
+    if turbulent.1 < fitted.1 {
+        fit.reject(Shape::Kolmogorov, turbulent.0);
+    } else {
+        fit.reject(moffat(q), fitted.0);
+    }
+    fwhm = fitted.0;
     let at = |q: f64| fit.width(moffat(q), fwhm, 1.15).1;
     let (q, best) = golden((q - 0.1).max(0.0), (q + 0.1).min(MAX_INVERSE_BETA), 8, at);
     let rows =

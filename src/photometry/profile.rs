@@ -146,28 +146,20 @@ impl Grid {
 
     /// Surface brightness \[1/px^2\] at the grid's radii of a profile of `fwhm` \[px\] blurred by the boxes.
     pub fn profile(&self, shape: Shape, fwhm: f64) -> Vec<f64> {
-        // Gauss-Hermite, 5 points an axis
-        const NODES: [f64; 3] = [0.0, 1.355_626_18, 2.856_970_01];
-        const WEIGHTS: [f64; 3] = [0.533_333_333, 0.222_075_922, 0.011_257_411_3];
-        let sigma = BOXES_VARIANCE.sqrt();
+        // three points an axis with the second and fourth moment of two boxes, 1/6 and 1/15, seen from
+        // the direction 22.5 deg, where the fourth order of a square is that of its average over directions
+        const NODE: f64 = 0.632_455_532_033_676;
+        const RULE: [(f64, f64); 3] = [(-NODE, 5.0 / 24.0), (0.0, 14.0 / 24.0), (NODE, 5.0 / 24.0)];
+        const TOWARDS: (f64, f64) = (0.923_879_532_511_287, 0.382_683_432_365_09);
         let ready = shape.ready();
         let plain = |r: f64| ready.at(r / fwhm) / (fwhm * fwhm);
         let blurred = |r: f64| {
             if r > 8.0 * fwhm.max(3.0) {
                 return plain(r);
             }
-            let mut sum = 0.0;
-            for (j, wy) in WEIGHTS.into_iter().enumerate() {
-                let y = NODES[j] * sigma;
-                let wy = if j == 0 { wy } else { 2.0 * wy };
-                for (i, wx) in WEIGHTS.into_iter().enumerate() {
-                    let x = NODES[i] * sigma;
-                    let both =
-                        if i == 0 { plain(r.hypot(y)) } else { plain((r - x).hypot(y)) + plain((r + x).hypot(y)) };
-                    sum += wx * wy * both;
-                }
-            }
-            sum
+            let (x, y) = (r * TOWARDS.0, r * TOWARDS.1);
+            let row = |dy: f64| RULE.iter().map(|(dx, w)| w * plain((x + dx).hypot(y + dy))).sum::<f64>();
+            RULE.iter().map(|(dy, w)| w * row(*dy)).sum()
         };
         self.nodes.iter().map(|r| blurred(*r)).collect()
     }
@@ -215,7 +207,7 @@ fn kept(rho: f64, radius: f64, length: f64) -> f64 {
         return 0.0;
     }
     // y = r sin psi: the angle phi = asin(r sin psi / rho) runs over the first quadrant's part with y < r
-    const STEPS: usize = 10;
+    const STEPS: usize = 16;
     let step = 0.5 * PI / STEPS as f64;
     let mut sum = 0.0;
     for i in 0..STEPS {

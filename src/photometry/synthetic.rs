@@ -80,7 +80,7 @@ pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[S
     for source in sources {
         let origins = (source.segment.length() * 2.0).ceil().max(1.0) as usize;
         // wings are convex: their pixels are divided too where that matters by 1e-4 of the flux
-        let reach = if source.segment.length() > 0.0 { 14.0 } else { 40.0 } * camera.fwhm;
+        let reach = 30.0 * camera.fwhm;
         let s = &source.segment;
         let core = if origins > 1 { 3i32 } else { 5 };
         let sub = |distance: f64| if distance < 2.0 * camera.fwhm { core } else { 2 + i32::from(distance < 8.0) };
