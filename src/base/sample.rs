@@ -1,9 +1,13 @@
 //! Samplers: uniform, normal and Poisson deviates from addressed random bits.
 //!
-//! All three use only integer arithmetic, the four operations, square roots and the `libm` crate, so that
-//! every x86-64 machine draws the same numbers. `rand_distr` is the reference twin of the tests.
+//! All of them use only integer arithmetic, the four operations, square roots and the `libm` crate, so that
+//! every x86-64 machine draws the same numbers. `rand_distr` is the reference twin of the tests. Runs of pixels
+//! are drawn block by block, so that bits, exponentials and quantiles are computed side by side.
 
 use super::random::Address;
+
+/// Pixels drawn side by side.
+const BLOCK: usize = 64;
 
 /// A uniform deviate inside (0, 1), never 0 nor 1, with 52 random bits.
 #[inline(always)]
@@ -109,6 +113,31 @@ pub fn normal(address: &Address, pixel: u64) -> f64 {
     normal_quantile(uniform(address.block(pixel, 0)[0]))
 }
 
+/// One uniform deviate for each pixel from `first` on.
+fn uniforms(address: &Address, first: u64, out: &mut [f64]) {
+    for (pixel, u) in (first..).zip(out) {
+        *u = uniform(address.block(pixel, 0)[0]);
+    }
+}
+
+/// Add `sigma` times a standard normal deviate to each of `values`; their pixels are numbered from `first` on. The
+/// deviates are those of [`normal`].
+pub fn add_normal(address: &Address, first: u64, sigma: f64, values: &mut [f64]) {
+    let mut u = [0.0; BLOCK];
+    let mut z = [0.0; BLOCK];
+    for (block, values) in values.chunks_mut(BLOCK).enumerate() {
+        let (u, z) = (&mut u[..values.len()], &mut z[..values.len()]);
+        uniforms(address, first + (block * BLOCK) as u64, u);
+        for (z, u) in z.iter_mut().zip(&*u) {
+            let q = u - 0.5;
+            *z = q * ratio(0.180625 - q * q, &CENTRE);
+        }
+        for ((value, z), u) in values.iter_mut().zip(&*z).zip(&*u) {
+            *value += sigma * if (u - 0.5).abs() <= 0.425 { *z } else { normal_quantile(*u) };
+        }
+    }
+}
+
 /// Below this mean the count is found by inversion, above it by transformed rejection.
 const INVERSION_BELOW: f64 = 10.0;
 
@@ -116,22 +145,74 @@ const INVERSION_BELOW: f64 = 10.0;
 ///
 /// Small means: inversion of the cumulative probability. Large means: transformed rejection with squeeze
 /// (Hoermann 1993, Insurance: Mathematics and Economics 12, 39, algorithm PTRS).
-#[inline]
 pub fn poisson(address: &Address, pixel: u64, mean: f64) -> f64 {
     if mean >= INVERSION_BELOW {
         poisson_rejection(address, pixel, mean)
     } else if mean > 0.0 {
-        poisson_inversion(uniform(address.block(pixel, 0)[0]), mean)
+        poisson_inversion(uniform(address.block(pixel, 0)[0]), mean, exp_minus(mean))
     } else {
         0.0
     }
 }
 
-/// The smallest count whose cumulative probability exceeds `u`, for `mean` < 10; the sum ends where the next
-/// term no longer changes it.
-#[inline]
-fn poisson_inversion(u: f64, mean: f64) -> f64 {
-    let mut term = libm::exp(-mean);
+/// Replace each of `means` by a count; their pixels are numbered from `first` on. The counts are those of [`poisson`].
+pub fn draw_poisson(address: &Address, first: u64, means: &mut [f64]) {
+    let mut u = [0.0; BLOCK];
+    let mut none = [0.0; BLOCK];
+    for (block, means) in means.chunks_mut(BLOCK).enumerate() {
+        let first = first + (block * BLOCK) as u64;
+        let (u, none) = (&mut u[..means.len()], &mut none[..means.len()]);
+        uniforms(address, first, u);
+        for (none, mean) in none.iter_mut().zip(&*means) {
+            *none = exp_minus(mean.clamp(0.0, INVERSION_BELOW));
+        }
+        for (i, mean) in means.iter_mut().enumerate() {
+            *mean = if *mean > 0.0 && *mean < INVERSION_BELOW {
+                poisson_inversion(u[i], *mean, none[i])
+            } else {
+                poisson(address, first + i as u64, *mean)
+            };
+        }
+    }
+}
+
+/// exp(-x) for 0 <= x <= 700, relative error below 4e-16: x = k ln 2 + r with |r| <= ln 2 / 2, Taylor's series of
+/// exp(-r) to the 13th power, scaled by 2^-k.
+#[inline(always)]
+fn exp_minus(x: f64) -> f64 {
+    const INVERSE_FACTORIALS: [f64; 14] = [
+        1.0 / 6_227_020_800.0,
+        1.0 / 479_001_600.0,
+        1.0 / 39_916_800.0,
+        1.0 / 3_628_800.0,
+        1.0 / 362_880.0,
+        1.0 / 40_320.0,
+        1.0 / 5_040.0,
+        1.0 / 720.0,
+        1.0 / 120.0,
+        1.0 / 24.0,
+        1.0 / 6.0,
+        0.5,
+        1.0,
+        1.0,
+    ];
+    // ln 2 in two parts, the first short enough that k times it is exact
+    const LN_2: [f64; 2] = [0.693_147_180_369_123_8, 1.908_214_929_270_587_7e-10];
+    // adding and taking off 1.5 * 2^52 rounds to an integer, which then stands in the low bits
+    const ROUND: f64 = 6_755_399_441_055_744.0;
+    let shifted = x * std::f64::consts::LOG2_E + ROUND;
+    let k = shifted - ROUND;
+    let r = -((x - k * LN_2[0]) - k * LN_2[1]);
+    let series = INVERSE_FACTORIALS.iter().fold(0.0, |sum, c| sum * r + c);
+    let exponent = (1023i64 - (shifted.to_bits() as i64 - ROUND.to_bits() as i64)) as u64;
+    series * f64::from_bits(exponent << 52)
+}
+
+/// The smallest count whose cumulative probability exceeds `u`, for `mean` < 10 and `none` = exp(-mean); the sum ends
+/// where the next term no longer changes it.
+#[inline(always)]
+fn poisson_inversion(u: f64, mean: f64, none: f64) -> f64 {
+    let mut term = none;
     let mut sum = term;
     let mut count = 0.0;
     while u > sum {
@@ -278,6 +359,31 @@ mod tests {
             assert_eq!(poisson(&SHOT, 7, mean), 0.0);
         }
         assert!(poisson(&SHOT, 7, 1e9).is_finite());
-        assert!(poisson_inversion(uniform(u64::MAX), 9.99) < 60.0);
+        assert!(poisson_inversion(uniform(u64::MAX), 9.99, exp_minus(9.99)) < 60.0);
+    }
+
+    #[test]
+    fn exponentials_agree_with_libm() {
+        for i in 0..=100_000 {
+            let x = f64::from(i) * 1e-4;
+            let error = exp_minus(x) / libm::exp(-x) - 1.0;
+            assert!(error.abs() < 6e-16, "exp(-{x}): {error:e}");
+        }
+        assert_eq!(exp_minus(0.0), 1.0);
+        assert_eq!(exp_minus(1e-300), 1.0);
+    }
+
+    #[test]
+    fn runs_of_pixels_draw_what_each_pixel_draws() {
+        let means =
+            (0..1000).map(|i| [0.0, 1e-3, 0.7, 5.0, 9.999, 10.0, 300.0, f64::NAN][i % 8]).collect::<Vec<_>>();
+        let mut counts = means.clone();
+        draw_poisson(&SHOT, 77, &mut counts);
+        let mut noise = vec![3.0; 1000];
+        add_normal(&SHOT, 77, 2.0, &mut noise);
+        for (i, mean) in means.iter().enumerate() {
+            assert_eq!(counts[i], poisson(&SHOT, 77 + i as u64, *mean));
+            assert_eq!(noise[i], 3.0 + 2.0 * normal(&SHOT, 77 + i as u64));
+        }
     }
 }

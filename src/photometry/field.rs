@@ -62,6 +62,17 @@ pub fn alone(frame: &Frame, tracks: &[Track], target: &Segment, margin: f64, gap
     (0..tracks.len()).filter(|i| whole(&tracks[*i].segment) && clear(*i)).take(MOST_STARS).collect()
 }
 
+/// Light of other stars' wings beside star `index`, as a share of its own: wings fall with the distance cubed,
+/// as those of the widest profile in use do.
+pub fn spoilt(tracks: &[Track], index: usize, fwhm: f64) -> f64 {
+    let star = &tracks[index];
+    let wing = |other: &Track| {
+        let gap = star.segment.gap(&other.segment).max(fwhm);
+        10f64.powf(0.4 * (star.mag_v - other.mag_v)) * (fwhm / gap).powi(3)
+    };
+    tracks.iter().enumerate().filter(|(j, _)| *j != index).map(|(_, t)| wing(t)).sum()
+}
+
 /// Stars whose light reaches within `radius` \[px\] of a segment, without star `but`.
 pub fn around(tracks: &[Track], segment: &Segment, radius: f64, but: Option<usize>) -> Vec<Track> {
     let others = tracks.iter().enumerate().filter(|(i, _)| Some(*i) != but).map(|(_, t)| *t);

@@ -16,6 +16,9 @@ use glam::DVec2;
 
 /// Share of a ring's light that a perfect profile may still miss: flat field, centring.
 const MODEL_FLOOR: f64 = 0.003;
+/// The same in the core of a point of FWHM 3 px: the profile is averaged over places within a pixel, which a trail
+/// takes all and a point takes one of.
+const PHASE_FLOOR: f64 = 0.03;
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;
 /// Widest wings considered: 1/beta.
@@ -32,6 +35,8 @@ pub struct Rings {
     pub sky_variance: f64,
     /// Length of the source \[px\].
     pub length: f64,
+    /// Share of a ring's light that a perfect profile may still miss.
+    pub floor: Vec<f64>,
 }
 
 /// Edges of the rings for images of about `fwhm` \[px\].
@@ -74,16 +79,20 @@ impl Rings {
                 (ring, inside) = (ring + 1, within);
             }
         });
-        Self { sum_e, area_px, sky_variance, length: segment.length() }
+        let length = segment.length();
+        // rings begin with a width of FWHM / 4
+        let phase = PHASE_FLOOR * (0.75 / edges[1]).powi(2) / (1.0 + length);
+        let floor = |edge: &f64| if *edge < 10.0 * edges[1] { MODEL_FLOOR.max(phase) } else { MODEL_FLOOR };
+        Self { sum_e, area_px, sky_variance, length, floor: edges[1..].iter().map(floor).collect() }
     }
 
     /// Weights of the rings, 1 / variance, around a source of `flux` \[e\] with `shares` of light.
     fn weights(&self, flux: f64, shares: &[f64]) -> Vec<f64> {
-        let light = shares.iter().map(|s| (flux * s).max(0.0));
+        let light = shares.iter().map(|s| (flux * s).max(0.0)).zip(&self.floor);
         let variance = self.area_px.iter().zip(light);
         variance
-            .map(|(area, l)| {
-                let v = area * self.sky_variance + l + (MODEL_FLOOR * l).powi(2);
+            .map(|(area, (l, floor))| {
+                let v = area * self.sky_variance + l + (floor * l).powi(2);
                 if *area > 0.0 && v > 0.0 { 1.0 / v } else { 0.0 }
             })
             .collect()
@@ -324,7 +333,8 @@ fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
         fit.reweight(moffat(q), fwhm);
     }
     let (mut q, _) = coarse(&fit, fwhm);
-    (q, _) = golden((q - 0.1).max(0.0), (q + 0.1).min(MAX_INVERSE_BETA), 5, |q| fit.width(moffat(q), fwhm, 1.15).1);
+    (q, _) =
+        golden((q - 0.1).max(0.0), (q + 0.1).min(MAX_INVERSE_BETA), 5, |q| fit.width(moffat(q), fwhm, 1.15).1);
     let (turbulent, fitted) = (fit.width(Shape::Kolmogorov, fwhm, 1.3), fit.width(moffat(q), fwhm, 1.15));
     if turbulent.1 < fitted.1 {
         fit.reject(Shape::Kolmogorov, turbulent.0);

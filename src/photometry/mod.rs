@@ -19,6 +19,7 @@
 
 pub mod aperture;
 pub mod background;
+mod calibrate;
 pub mod centroid;
 pub mod detect;
 pub mod field;
@@ -41,9 +42,8 @@ use crate::astro::time::Instant;
 use aperture::Segment;
 use field::Track;
 use glam::{DVec2, DVec3};
-use growth::{Psf, Rings};
 use single::{Aperture, Flux};
-use zeropoint::{MAG_PER_SHARE, StarFlux, ZeroPoint};
+use zeropoint::{MAG_PER_SHARE, ZeroPoint};
 
 /// Bits of `flags`.
 pub mod flag {
@@ -62,15 +62,6 @@ pub mod flag {
     /// A pixel of the aperture is no number.
     pub const BAD_PIXEL: u32 = 256;
 }
-
-/// Most sources used for the point spread function.
-const PSF_SOURCES: usize = 24;
-/// So many without a neighbour in their wings make the others unneeded.
-const PSF_CLEAR: usize = 6;
-/// Signal-to-noise ratio above which a source tells of the point spread function.
-const PSF_SNR: f64 = 40.0;
-/// Stars that fix the common pointing offset.
-const SHIFT_STARS: usize = 12;
 
 /// How to measure.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,7 +221,7 @@ pub fn measure(
     let mut row = Measurement::unmeasured(frame);
     let fwhm = frame.expected_fwhm_px();
     let tracks = field::tracks(frame, stars, fwhm);
-    let (tracks, shift) = shifted(frame, tracks, fwhm, settings);
+    let (tracks, shift) = calibrate::shifted(frame, tracks, fwhm, settings);
     let predicted = match place {
         Place::Header => frame.wcs.pixel(frame.pointing).map(|p| p + shift),
         Place::Sky(sky) => frame.wcs.pixel(*sky).map(|p| p + shift),
@@ -248,9 +239,10 @@ pub fn measure(
     let target = found.map_or(predicted, |p| predicted.at(p));
 
     let lonely = field::alone(frame, &tracks, &target, 5.0 * fwhm, 4.0 * fwhm);
-    let sources = bright_sources(frame, &tracks, &lonely, found.map(|_| target), fwhm);
-    let psf = point_spread(frame, &sources, fwhm);
-    let (zero_point, star_aperture) = stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
+    let sources = calibrate::bright_sources(frame, &tracks, &lonely, found.map(|_| target), fwhm);
+    let psf = calibrate::point_spread(frame, &sources, fwhm);
+    let (zero_point, star_aperture) =
+        calibrate::stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
     row.fwhm_px = psf.fwhm_px;
     row.n_stars = zero_point.n_stars;
     if zero_point.n_stars >= settings.min_stars.max(1) {
@@ -286,116 +278,6 @@ impl Measurement {
             self.flags |= flag::NOT_DETECTED;
         }
     }
-}
-
-/// Stars at their places on the frame, and the common offset applied to them.
-fn shifted(frame: &Frame, mut tracks: Vec<Track>, fwhm: f64, settings: &Settings) -> (Vec<Track>, DVec2) {
-    let whole = tracks.iter().filter(|t| {
-        let (s, margin) = (t.segment, 2.0 * fwhm);
-        frame.holds(s.centre - s.half, margin) && frame.holds(s.centre + s.half, margin)
-    });
-    let brightest = whole.take(SHIFT_STARS).map(|t| t.segment).collect::<Vec<_>>();
-    let shift = detect::common_shift(frame, &brightest, fwhm, settings.search_px, settings.background_px);
-    for track in &mut tracks {
-        track.segment.centre += shift;
-    }
-    (tracks, shift)
-}
-
-/// Bright lonely stars and a bright target, centred: segment, background variance, stars beside.
-fn bright_sources(
-    frame: &Frame,
-    tracks: &[Track],
-    lonely: &[usize],
-    target: Option<Segment>,
-    fwhm: f64,
-) -> Vec<(Segment, f64, Vec<Track>)> {
-    // the wings of a neighbour beyond its mask would pass for background: the loneliest come first
-    let (clear, crowded): (Vec<usize>, Vec<usize>) = lonely.iter().partition(|i| {
-        let segment = &tracks[**i].segment;
-        let rival = |t: &Track| t.mag_v < tracks[**i].mag_v + 2.5 && t.segment.gap(segment) < 20.0 * fwhm;
-        !field::around(tracks, segment, 20.0 * fwhm, Some(**i)).iter().any(rival)
-    });
-    let enough = clear.len();
-    let stars = clear.into_iter().chain(crowded).map(|i| (tracks[i].segment, Some(i)));
-    let mut sources = Vec::new();
-    for (tried, (segment, index)) in target.map(|t| (t, None)).into_iter().chain(stars).enumerate() {
-        if sources.len() > PSF_SOURCES || (sources.len() > PSF_CLEAR && tried > enough) {
-            break;
-        }
-        let beside = field::around(tracks, &segment, 10.0 * fwhm, index);
-        let crossed = beside.iter().any(|t| t.segment.gap(&segment) < 3.0 * fwhm);
-        let look = single::look(frame, &segment, fwhm, &beside);
-        if look.saturated || look.cut || crossed || look.snr.is_nan() || look.snr < PSF_SNR {
-            continue;
-        }
-        let limit = 0.75 * fwhm;
-        if let Some(place) = centroid::windowed(frame, &segment, fwhm, look.background_adu, limit) {
-            sources.push((segment.at(place), look.sky_variance, beside));
-        }
-    }
-    sources
-}
-
-/// The point spread function; fitted again on rings of its own size if the expected width was far off.
-fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expected: f64) -> Psf {
-    const WIDTH_UNKNOWN: f64 = 0.25;
-    let mut fwhm = expected;
-    for _ in 0..3 {
-        let edges = growth::ring_edges(fwhm);
-        let rings = sources.iter().map(|(segment, variance, beside)| {
-            Rings::gather(frame, segment, &edges, *variance, |p| field::covered(beside, p))
-        });
-        let rings = rings.collect::<Vec<_>>();
-        let psf = growth::fit(&rings, &edges, (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm);
-        let ratio = psf.fwhm_px / fwhm;
-        if (0.8..1.25).contains(&ratio) || sources.is_empty() || !ratio.is_finite() {
-            return psf;
-        }
-        fwhm = psf.fwhm_px.clamp(0.7, 40.0);
-    }
-    growth::fit(&[], &growth::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
-}
-
-/// The zero point from lonely stars, and the aperture of a typical one.
-fn stars_zero_point(
-    frame: &Frame,
-    tracks: &[Track],
-    lonely: &[usize],
-    psf: &Psf,
-    scintillation: f64,
-    settings: &Settings,
-) -> (ZeroPoint, Option<Aperture>) {
-    let Some(first) = lonely.first() else { return (ZeroPoint::NONE, None) };
-    let ladder = single::ladder(psf, tracks[*first].segment.length(), settings.aperture_px);
-    let mut fluxes = Vec::new();
-    let mut used: Vec<&Aperture> = Vec::new();
-    for index in lonely {
-        let mut segment = tracks[*index].segment;
-        let beside = field::around(tracks, &segment, 10.0 * psf.fwhm_px, Some(*index));
-        let look = single::look(frame, &segment, psf.fwhm_px, &beside);
-        if look.saturated {
-            continue;
-        }
-        if look.snr > 20.0 {
-            let centred =
-                centroid::windowed(frame, &segment, psf.fwhm_px, look.background_adu, 0.75 * psf.fwhm_px);
-            segment = centred.map_or(segment, |p| segment.at(p));
-        }
-        let (flux, aperture) = single::best_flux(frame, &segment, &ladder, &beside, settings.flat_rms);
-        if flux.flags == 0 && flux.flux_e.is_finite() {
-            used.push(aperture);
-            // the share's uncertainty is common to all stars: it is added once, below
-            let own =
-                (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
-            fluxes.push(StarFlux { mag_v: tracks[*index].mag_v, flux_e: flux.flux_e, flux_err_e: own });
-        }
-    }
-    used.sort_by(|a, b| a.radius.total_cmp(&b.radius));
-    let typical = used.get(used.len() / 2).map(|a| (*a).clone());
-    let common = typical.as_ref().map_or(0.0, |a| a.doubt / a.share);
-    let fit = zeropoint::fit(&fluxes, scintillation);
-    (ZeroPoint { err: fit.err.hypot(MAG_PER_SHARE * common), ..fit }, typical)
 }
 
 /// Flags of stars across the aperture and beside it, as far as their light matters.

@@ -80,10 +80,10 @@ pub fn mean_electrons(camera: &Camera, width: usize, height: usize, sources: &[S
     for source in sources {
         let origins = (source.segment.length() * 2.0).ceil().max(1.0) as usize;
         // wings are convex: their pixels are divided too where that matters by 1e-4 of the flux
-        let reach = 30.0 * camera.fwhm;
+        let reach = if source.segment.length() > 0.0 { 14.0 } else { 40.0 } * camera.fwhm;
         let s = &source.segment;
-        let core = if origins > 1 { 3i32 } else { 5 };
-        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { core } else { 2 + i32::from(distance < 8.0) };
+        let core = if origins > 1 { 4i32 } else { 7 };
+        let sub = |distance: f64| if distance < 2.0 * camera.fwhm { core } else { 3 };
         let extent = s.half.abs() + DVec2::splat(reach);
         let clip = |v: f64, n: usize| (v.max(0.0) as usize).min(n);
         for y in clip(s.centre.y - extent.y, height)..clip(s.centre.y + extent.y + 1.0, height) {

@@ -9,7 +9,7 @@ use crate::base::units::ARCSEC;
 
 /// Zero point of the drawn frames.
 const ZERO_POINT: f64 = 21.7;
-const SIZE: usize = 640;
+const SIZE: usize = 600;
 
 /// A field of trailed stars, some of them absent, and a target at the middle.
 struct Field {
@@ -28,7 +28,7 @@ fn field(trail: DVec2, absent: usize, seed: u64) -> Field {
         let draw = |k: u32| uniform(place.block(i, k)[0]);
         // a loose lattice, so that most stand alone
         let (column, row) = ((i % 3) as f64, (i / 3) as f64);
-        let pixel = DVec2::new(80.0 + 210.0 * column + 60.0 * draw(0), 40.0 + 120.0 * row + 50.0 * draw(1));
+        let pixel = DVec2::new(80.0 + 195.0 * column + 50.0 * draw(0), 40.0 + 115.0 * row + 50.0 * draw(1));
         let mag_v = 8.0 + 3.5 * draw(2);
         let star = FieldStar { direction: frame.wcs.sky(pixel), mag_v };
         let segment = frame.star_segment(star.direction).expect("on the frame");
@@ -104,12 +104,12 @@ fn table_of_biases_and_widths() {
         ("kolmo", Shape::Kolmogorov),
     ];
     for (name, shape) in shapes {
-        for fwhm in [2.0, 3.0, 6.0] {
+        for fwhm in [2.0, 3.0, 5.0] {
             for (label, trail) in [("trail", trail), ("point", DVec2::ZERO)] {
                 for target_e in [120_000.0, 1_000.0 * fwhm / 3.0] {
                     let camera = Camera { shape, fwhm, ..Camera::default() };
                     let field = field(trail, 0, 3);
-                    let p = pulls(&camera, &field, target_e, 60, &Settings::default());
+                    let p = pulls(&camera, &field, target_e, 100, &Settings::default());
                     let ((fm, fw), (mm, mw)) = (moments(&p.flux), moments(&p.mag));
                     println!(
                         "{name:6} fwhm {fwhm} {label} {target_e:8.0} e: flux {fm:+.2} +- {fw:.2}  mag {mm:+.2} +- {mw:.2}  \
@@ -172,24 +172,28 @@ fn require_honest(camera: &Camera, target_e: f64, absent: usize) {
     for (what, values) in [("flux", &p.flux), ("magnitude", &p.mag)] {
         let (mean, width) = moments(values);
         let told = format!("{what} of {target_e} e, {:?} FWHM {}: {mean} +- {width}", camera.shape, camera.fwhm);
-        println!("{told}");
         assert!(mean.abs() < 0.2 && (0.8..1.25).contains(&width), "{told}");
     }
 }
 
 #[test]
-fn fluxes_and_errors_are_honest_for_a_gaussian_image() {
-    let camera = Camera::default();
-    require_honest(&camera, 1.2e5, 0);
-    require_honest(&camera, 1e3, 0);
+fn fluxes_and_errors_are_honest_for_a_bright_target() {
+    require_honest(&Camera { shape: moffat(2.5), ..Camera::default() }, 1.5e5, 0);
 }
 
 #[test]
-fn fluxes_and_errors_are_honest_for_moffat_images_and_absent_stars() {
-    let camera = Camera { shape: moffat(2.5), ..Camera::default() };
-    require_honest(&camera, 1.5e5, 0);
-    require_honest(&camera, 1.2e3, 0);
-    require_honest(&Camera { shape: moffat(3.0), ..camera }, 1.2e5, 5);
+fn fluxes_and_errors_are_honest_for_a_faint_target_and_absent_stars() {
+    require_honest(&Camera { shape: moffat(3.0), ..Camera::default() }, 1.1e3, 4);
+}
+
+#[test]
+#[ignore = "a minute: the same for other images"]
+fn fluxes_and_errors_are_honest_for_other_images() {
+    for shape in [Shape::Moffat { inverse_beta: 0.0 }, moffat(3.0), Shape::Kolmogorov] {
+        let camera = Camera { shape, ..Camera::default() };
+        require_honest(&camera, 1.2e5, 4);
+        require_honest(&camera, 1e3, 0);
+    }
 }
 
 #[test]
@@ -272,52 +276,4 @@ fn saturation_edges_crossings_and_bad_pixels_are_flagged() {
     let trailed = Frame { track_rad_s: rate(DVec2::new(50.0, 0.0), 5.0), ..frame };
     let star = FieldStar { direction: trailed.wcs.sky(DVec2::new(70.0, 61.0)), mag_v: 8.0 };
     assert_eq!(measured(&trailed, &[star], middle.centre) & 48, flag::TRAIL_CROSSING | flag::NEIGHBOUR);
-}
-
-#[test]
-#[ignore = "diag"]
-fn diag() {
-    use super::profile::Grid;
-    for (label, trail, boost) in [
-        ("trail", DVec2::new(97.0, 6.0), 1.0),
-        ("trail", DVec2::new(97.0, 6.0), 10.0),
-        ("trail", DVec2::new(97.0, 6.0), 100.0),
-    ] {
-        let shape = moffat(2.5);
-        let camera = Camera { shape, gain: 1.5 * boost, ..Camera::default() };
-        let field = field(trail, 0, 3);
-        let mut sources = field.sources.clone();
-        for s in &mut sources {
-            s.flux_e *= boost;
-        }
-        let target_e = 1.5e5 * boost;
-        sources.push(Source { segment: field.target, flux_e: target_e });
-        let mean = synthetic::mean_electrons(&camera, SIZE, SIZE, &sources);
-        let grid = Grid::new(3.0, 200.0);
-        let truth = grid.profile(shape, 3.0);
-        let (mut pull, mut ds, mut doubt, mut fwhm, mut raw) = (vec![], vec![], vec![], vec![], vec![]);
-        for seed in 0..50 {
-            let mut frame = synthetic::develop(&camera, SIZE, SIZE, 7000 + seed, &mean);
-            frame.track_rad_s = rate(field.trail, frame.exptime_s);
-            let m = measure(&frame, &field.stars, &Place::Header, DVec2::ZERO, &Settings::default());
-            let r = m.aperture_px;
-            let a = aperture::annulus_radii(r, m.fwhm_px.hypot(0.68));
-            let area = |r: f64| r * r;
-            let share = |r: f64| profile::share(&grid.share_weights(r, 0.0), &truth);
-            let s = share(r) - (share(a[1]) - share(a[0])) * area(r) / (area(a[1]) - area(a[0]));
-            pull.push((m.flux_e - target_e) / m.flux_err_e);
-            ds.push(m.share - s);
-            raw.push(m.flux_e * m.share / s / target_e - 1.0);
-            doubt.push((m.share_covariance).sqrt());
-            fwhm.push(m.fwhm_px);
-        }
-        println!(
-            "{label} {shape:?} pull {:?} share-truth {:?} flux at true share {:?} cov {:?} fwhm {:?}",
-            moments(&pull),
-            moments(&ds),
-            moments(&raw),
-            moments(&doubt),
-            moments(&fwhm)
-        );
-    }
 }

@@ -4,11 +4,9 @@
 //! current are drawn together.
 
 use crate::base::random::Address;
-use crate::base::sample::poisson;
+use crate::base::sample::draw_poisson;
 
 /// Replace means \[e-\] by counts; `first` is the first pixel's number in the whole frame.
 pub fn apply(row: &mut [f64], first: u64, address: &Address) {
-    for (pixel, value) in (first..).zip(row) {
-        *value = poisson(address, pixel, *value);
-    }
+    draw_poisson(address, first, row);
 }
