@@ -7,8 +7,7 @@ use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
 use crate::io::header::Header;
 use crate::io::labels;
-use crate::light::curve::CurveError;
-use crate::light::throughput::Throughput;
+use crate::light::throughput::{Throughput, ThroughputError};
 use crate::plan::PlanError;
 use crate::plan::planner::Planner;
 use crate::plan::view::View;
@@ -22,11 +21,11 @@ pub enum SimulateError {
     /// The geometry cannot be computed.
     #[error(transparent)]
     Plan(#[from] PlanError),
-    /// A table of the scene cannot be read.
+    /// A table of the scene cannot be used.
     #[error(transparent)]
-    Curve(#[from] CurveError),
+    Throughput(#[from] ThroughputError),
     /// The star catalogue cannot be read.
-    #[error(transparent)]
+    #[error("stars.catalog: {0}")]
     Catalogue(#[from] CatalogueError),
 }
 
@@ -125,7 +124,7 @@ impl<'a> Simulator<'a> {
             region,
             adu: self.pixels(&view, &scenery, &region),
             header: self.header(&view, &scenery, &region),
-            truth: truth::of(self.scene, &view, &scenery),
+            truth: truth::of(self.scene, &view, &scenery, &region),
             ledger: scenery.ledger,
         })
     }

@@ -83,7 +83,7 @@ fn bad_usage_is_exit_code_2_and_names_the_range() {
         assert_eq!(output.status.code(), Some(2), "{arguments:?}: {}", err(&output));
         assert!(err(&output).contains(part), "{arguments:?}: {}", err(&output));
     }
-    assert_eq!(nightglass(&["photometry", "nowhere.fits"]).status.code(), Some(1));
+    assert_eq!(nightglass(&["photometry", "nowhere.fits"]).status.code(), Some(2));
 }
 
 #[test]

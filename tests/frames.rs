@@ -21,10 +21,11 @@ fn scene(more: &[(&str, &str)]) -> Scene {
 
 fn nightglass(dir: &Path, arguments: &[&str]) -> Output {
     let mut command = assert_cmd::Command::cargo_bin("nightglass").expect("the program");
+    command.current_dir(dir).args(arguments);
     for (key, value) in SMALL {
         command.arg("--set").arg(format!("{key}={value}"));
     }
-    command.current_dir(dir).args(arguments).output().expect("it runs")
+    command.output().expect("it runs")
 }
 
 fn done(dir: &Path, arguments: &[&str]) {
@@ -145,6 +146,66 @@ fn a_crop_is_a_part_of_the_frame_with_its_own_reference_pixel() {
     assert_eq!(key(&whole, "CRPIX1") - key(&crop, "CRPIX1"), 100.0);
     assert_eq!(key(&whole, "CRPIX2") - key(&crop, "CRPIX2"), 80.0);
     assert_eq!(key(&whole, "CRPIX1"), 150.5);
+}
+
+#[test]
+fn resuming_with_other_pixels_is_refused_and_other_products_are_added() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    done(dir, &["render", "pogs-geo", "-o", "out", "--frames", "0..2"]);
+    let before = frames(&dir.join("out"));
+    for crop in ["0,0,64,64", "10,0,300,260"] {
+        let refused = nightglass(dir, &["render", "pogs-geo", "-o", "out", "--frames", "0", "--crop", crop]);
+        assert_eq!(refused.status.code(), Some(2), "{crop}");
+    }
+    assert_eq!(frames(&dir.join("out")), before);
+    done(
+        dir,
+        &[
+            "render",
+            "pogs-geo",
+            "-o",
+            "out",
+            "--frames",
+            "1",
+            "--set",
+            "output.planes=[\"mean\"]",
+            "--set",
+            "output.star_table=true",
+            "--set",
+            "output.format=[\"fits\", \"png\"]",
+        ],
+    );
+    assert_eq!(frames(&dir.join("out")), before);
+    for name in ["planes/mean_0001.fits", "stars/stars_0001.ecsv", "previews/0001.png"] {
+        assert!(dir.join("out").join(name).exists(), "{name}");
+    }
+    // a frame whose bytes were damaged is made anew
+    let path = dir.join("out/frames/0001.fits");
+    let mut damaged = before[1].clone();
+    let at = damaged.len() - 20_000;
+    damaged[at] ^= 0x55;
+    fs::write(&path, damaged).expect("written");
+    done(dir, &["render", "pogs-geo", "-o", "out", "--frames", "0..2"]);
+    assert_eq!(frames(&dir.join("out")), before);
+}
+
+#[test]
+fn truth_of_a_crop_counts_from_its_first_pixel() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    let place = |run: &str, column: &str| {
+        let text = fs::read_to_string(dir.join(run).join("truth.ecsv")).expect("truth");
+        let mut lines = text.lines().filter(|l| !l.starts_with('#'));
+        let index = lines.next().expect("names").split(' ').position(|n| n == column).expect(column);
+        // the target's name holds a blank
+        let row = lines.next().expect("a row").replace("\"GOES 14\"", "GOES-14");
+        row.split(' ').nth(index).expect("a cell").parse::<f64>().expect("a number")
+    };
+    done(dir, &["render", "pogs-geo", "-o", "whole", "--frames", "0"]);
+    done(dir, &["render", "pogs-geo", "-o", "crop", "--frames", "0", "--crop", "100,90,64,64"]);
+    assert_eq!(place("whole", "x_px") - place("crop", "x_px"), 100.0);
+    assert_eq!(place("whole", "y_px") - place("crop", "y_px"), 90.0);
 }
 
 #[test]

@@ -52,7 +52,8 @@ pub fn span() -> (u32, u32) {
 pub fn at(t: &Instant) -> Result<Eop, Error> {
     let (first, last) = span();
     let (day, fraction) = t.utc_mjd();
-    let outside = || Error::EpochOutsideTable { utc: t.iso_utc(), first, last };
+    let date = |mjd: u32| Instant::new(Epoch::from_mjd_utc(f64::from(mjd))).iso_utc()[..10].to_owned();
+    let outside = || Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first), last: date(last) };
     if day < f64::from(first) || day >= f64::from(last) {
         return Err(outside());
     }

@@ -23,10 +23,10 @@ pub enum Error {
     EpochOutsideTable {
         /// The epoch, ISO 8601.
         utc: String,
-        /// First day of the table, MJD.
-        first: u32,
-        /// Last day of the table, MJD.
-        last: u32,
+        /// First day of the table, ISO 8601.
+        first: String,
+        /// Last day of the table, ISO 8601.
+        last: String,
     },
     /// The two lines of an element set cannot be used.
     #[error("element set of {name}: {reason}")]

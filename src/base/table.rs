@@ -50,15 +50,15 @@ pub struct Column {
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Table {
     /// Metadata: keys and values.
-    pub meta: Vec<(String, String)>,
+    pub meta: Vec<(String, Json)>,
     /// The columns, in order.
     pub columns: Vec<Column>,
 }
 
 impl Table {
     /// Add a line of metadata.
-    pub fn note(&mut self, key: &str, value: &str) {
-        self.meta.push((key.to_owned(), value.to_owned()));
+    pub fn note(&mut self, key: &str, value: impl Into<Json>) {
+        self.meta.push((key.to_owned(), value.into()));
     }
 
     /// Add a column; `unit` as astropy spells it, empty for none.

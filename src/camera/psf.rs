@@ -150,6 +150,9 @@ const GAUSS_4: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
+/// Largest table of a point's image \[values\]: 64 MiB. Fainter wings are cut, and [`Psf::lost`] tells how much.
+const LARGEST_TABLE: usize = 8 << 20;
+
 /// Offset of the two Gauss points from the middle of a unit interval.
 const GAUSS_2: f64 = 0.288_675_134_594_812_9;
 
@@ -172,7 +175,8 @@ impl Psf {
     pub fn new(profile: Profile, outside: f64) -> Self {
         let fwhm = profile.fwhm();
         let fine = ((16.0 / fwhm).ceil() as usize).next_power_of_two().clamp(2, 64);
-        let radius = (profile.radius(outside).ceil().clamp(2.0, 1024.0)) as usize;
+        let widest = ((LARGEST_TABLE as f64).sqrt() / (fine as f64) - 5.0) / 2.0;
+        let radius = profile.radius(outside).ceil().min(widest).max(2.0) as usize;
         // the table reaches two pixels beyond the stamp: half a pixel of phase and the stencil of the cubic
         let side = 2 * radius + 5;
         let half = (radius + 2) * fine;
@@ -222,16 +226,33 @@ impl Psf {
 
     /// Add `electrons` moving along `path` to the pixels of `region`.
     pub fn add(&self, path: &Path, electrons: f64, region: &Region, out: &mut [f64]) {
-        let length = path.length();
-        if length < 1e-3 {
+        if path.length() < 1e-3 {
             return self.add_point(path.mid, electrons, region, out);
         }
-        let panels = (length / self.profile.fwhm()).ceil().max(1.0);
-        for panel in 0..panels as usize {
-            for (node, weight) in GAUSS_4 {
-                let at = path.at((panel as f64 + node) / panels);
-                self.add_point(at, electrons * weight / panels, region, out);
-            }
+        self.add_arc(path, [0.0, 1.0], electrons, region, out);
+    }
+
+    /// Add the light of the share `span` of a path: halved until an arc is no longer than the FWHM, so that its nodes do
+    /// not depend on the region; arcs that cannot reach the region are passed over.
+    fn add_arc(&self, path: &Path, span: [f64; 2], electrons: f64, region: &Region, out: &mut [f64]) {
+        let [from, to] = span;
+        let middle = 0.5 * (from + to);
+        let arc = Path { start: path.at(from), mid: path.at(middle), end: path.at(to) };
+        let (low, high) = arc.bounds();
+        let reach = self.radius as f64 + 1.0;
+        let far = DVec2::new((region.x0 + region.width) as f64, (region.y0 + region.height) as f64) + reach;
+        let near = DVec2::new(region.x0 as f64, region.y0 as f64) - reach;
+        if !(low.cmple(far).all() && high.cmpge(near).all()) {
+            return;
+        }
+        // 2^-40 of an exposure: even a path across the sky has arcs shorter than a pixel by then
+        if arc.length() > self.profile.fwhm() && to - from > 1e-12 {
+            self.add_arc(path, [from, middle], electrons, region, out);
+            self.add_arc(path, [middle, to], electrons, region, out);
+            return;
+        }
+        for (node, weight) in GAUSS_4 {
+            self.add_point(path.at(from + node * (to - from)), electrons * weight * (to - from), region, out);
         }
     }
 

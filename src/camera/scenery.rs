@@ -174,6 +174,11 @@ impl Scenery {
         }
     }
 
+    /// True if a source of sky light is outside its model: the sky is brighter than these means by an unknown amount.
+    pub fn sky_is_unknown(&self) -> bool {
+        self.ledger.iter().any(|row| row.name.starts_with("sky.") && !row.is_needed() && row.bound.is_nan())
+    }
+
     /// Magnitude `mag_v` of a source that gives one electron in this exposure at `airmass`.
     pub fn zero_point(&self, airmass: f64, exposure_s: f64) -> f64 {
         2.5 * (self.solar_v_zero.at(airmass) * exposure_s).log10()
@@ -204,7 +209,15 @@ fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
         crate::scene::Psf::Gaussian => "Gaussian".to_owned(),
         _ => format!("Moffat beta {}", scene.telescope.moffat_beta),
     };
-    format!("{name}, FWHM {seeing_arcsec:.2} arcsec, {:.1e} of the light outside {} px", psf.lost(), psf.radius())
+    let more =
+        if psf.lost() > scene.accuracy.psf { ", more than accuracy.psf asks: the wings are too wide" } else { "" };
+    let narrow = if seeing_arcsec < 0.3 * scene.telescope.plate_scale_arcsec {
+        ", narrower than the 0.3 px it is exact for"
+    } else {
+        ""
+    };
+    let (lost, radius) = (psf.lost(), psf.radius());
+    format!("{name}, FWHM {seeing_arcsec:.2} arcsec, {lost:.1e} of the light outside {radius} px{more}{narrow}")
 }
 
 fn frame_pixels(scene: &Scene) -> f64 {

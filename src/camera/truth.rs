@@ -22,23 +22,35 @@ pub struct Truth {
     pub time_utc: String,
     /// Name of the target.
     pub target: String,
-    /// Place at mid-exposure, opening and closing \[px\].
+    /// Place at mid-exposure, opening and closing \[px\]; 0 at the centre of the first stored pixel.
     pub places: [DVec2; 3],
     /// Electrons over an endless plane, scintillation included.
     pub electrons: f64,
     /// Johnson V outside the atmosphere; NaN in the umbra.
     pub mag_v: f64,
-    /// Signal-to-noise ratio at the information limit.
+    /// Signal-to-noise ratio at the information limit; NaN where the sky is outside its models.
     pub snr: f64,
-    /// Everything above bias but the target itself, at its place \[e-/px\].
+    /// Everything above bias but the target itself, at its place \[e-/px\]; NaN off the frame or where the sky is
+    /// outside its models.
     pub background_e_px: f64,
     /// True if a pixel's mean reaches saturation.
     pub saturated: bool,
 }
 
-/// The truth of all targets of an exposure.
-pub fn of(scene: &Scene, view: &View, scenery: &Scenery) -> Vec<Truth> {
-    scenery.targets.iter().enumerate().map(|(index, target)| one(scene, view, scenery, index, target)).collect()
+/// The truth of all targets of an exposure of which the pixels `stored` are kept.
+pub fn of(scene: &Scene, view: &View, scenery: &Scenery, stored: &Region) -> Vec<Truth> {
+    let corner = corner(stored);
+    let truth = |(index, target)| {
+        let mut truth = one(scene, view, scenery, index, target);
+        truth.places = truth.places.map(|place| place - corner);
+        truth
+    };
+    scenery.targets.iter().enumerate().map(truth).collect()
+}
+
+/// The place in the whole frame of the first stored pixel.
+fn corner(stored: &Region) -> DVec2 {
+    DVec2::new(stored.x0 as f64, stored.y0 as f64)
 }
 
 fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &PointSource) -> Truth {
@@ -78,6 +90,10 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         truth.saturated |= mean >= full;
     }
     let information = a - c * c / b;
+    if scenery.sky_is_unknown() {
+        truth.snr = f64::NAN;
+        return truth;
+    }
     if information > 0.0 {
         truth.snr = target.electrons * information.sqrt();
     }
@@ -110,20 +126,21 @@ pub fn table(rows: &[Truth]) -> Table {
 }
 
 /// The drawn stars of a frame as a table; columns and units are those of `stars_NNNN.ecsv`.
-pub fn star_table(frame: usize, stars: &[PointSource]) -> Table {
+pub fn star_table(frame: usize, stars: &[PointSource], stored: &Region) -> Table {
     let mut table = Table::default();
+    let corner = corner(stored);
     let place = |s: &PointSource| angles(s.icrs);
     table.ints("frame", stars.iter().map(|_| frame as i64));
     table.ints("star", stars.iter().map(|s| s.id as i64));
     table.floats("ra_deg", "deg", stars.iter().map(|s| place(s).0.to_degrees()));
     table.floats("dec_deg", "deg", stars.iter().map(|s| place(s).1.to_degrees()));
     table.floats("mag_v", "mag", stars.iter().map(|s| s.mag_v));
-    table.floats("x_px", "pix", stars.iter().map(|s| s.path.mid.x));
-    table.floats("y_px", "pix", stars.iter().map(|s| s.path.mid.y));
-    table.floats("x_start_px", "pix", stars.iter().map(|s| s.path.start.x));
-    table.floats("y_start_px", "pix", stars.iter().map(|s| s.path.start.y));
-    table.floats("x_end_px", "pix", stars.iter().map(|s| s.path.end.x));
-    table.floats("y_end_px", "pix", stars.iter().map(|s| s.path.end.y));
+    table.floats("x_px", "pix", stars.iter().map(|s| s.path.mid.x - corner.x));
+    table.floats("y_px", "pix", stars.iter().map(|s| s.path.mid.y - corner.y));
+    table.floats("x_start_px", "pix", stars.iter().map(|s| s.path.start.x - corner.x));
+    table.floats("y_start_px", "pix", stars.iter().map(|s| s.path.start.y - corner.y));
+    table.floats("x_end_px", "pix", stars.iter().map(|s| s.path.end.x - corner.x));
+    table.floats("y_end_px", "pix", stars.iter().map(|s| s.path.end.y - corner.y));
     table.floats("electrons", "electron", stars.iter().map(|s| s.electrons));
     table
 }

@@ -7,73 +7,105 @@ use std::path::PathBuf;
 #[derive(Debug, Parser)]
 #[command(name = "nightglass", version, about, max_term_width = 110)]
 pub struct Cli {
-    #[command(flatten)]
-    pub(super) global: Global,
     #[command(subcommand)]
     pub(super) command: Command,
 }
 
-/// Options of every command.
+/// Options of every command. They belong to the command itself: options before it would silently give way to those
+/// after it.
 #[derive(Debug, Args)]
 pub(super) struct Global {
     /// Directory (or file, for `init` and `catalog import`) to write to
-    #[arg(short = 'o', long = "output", value_name = "PATH", global = true)]
+    #[arg(short = 'o', long = "output", value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// Replace a key of the scene: key.path=value, the value in TOML, else a bare string; repeatable
-    #[arg(long = "set", value_name = "KEY=VALUE", global = true, value_parser = key_value)]
+    #[arg(long = "set", value_name = "KEY=VALUE", value_parser = key_value)]
     pub set: Vec<(String, String)>,
     /// Replace the scene's seed
-    #[arg(long, global = true)]
+    #[arg(long, allow_hyphen_values = true, value_parser = clap::value_parser!(u64).range(..=i64::MAX as u64))]
     pub seed: Option<u64>,
     /// Number of threads (default: all cores); changes no pixel
-    #[arg(long, global = true, value_parser = clap::value_parser!(u16).range(1..=1024))]
+    #[arg(long, value_parser = clap::value_parser!(u16).range(1..=1024))]
     pub threads: Option<u16>,
     /// One JSON object on stdout instead of text
-    #[arg(long, global = true)]
+    #[arg(long)]
     pub json: bool,
     /// Say more
-    #[arg(short, long, global = true)]
+    #[arg(short, long)]
     pub verbose: bool,
     /// Say nothing but errors
-    #[arg(short, long, global = true, conflicts_with = "verbose")]
+    #[arg(short, long, conflicts_with = "verbose")]
     pub quiet: bool,
     /// Replace the output of another scene
-    #[arg(long, global = true)]
+    #[arg(long)]
     pub force: bool,
     /// Use of a graphics processor; nothing in this version needs one
-    #[arg(long, global = true, default_value = "auto", value_parser = ["auto", "off", "require"])]
+    #[arg(long, default_value = "auto", value_parser = ["auto", "off", "require"])]
     pub gpu: String,
 }
+
+/// A command's own arguments and the options of every command.
+#[derive(Debug, Args)]
+pub(super) struct With<T: Args> {
+    #[command(flatten)]
+    pub args: T,
+    #[command(flatten)]
+    pub global: Global,
+}
+
+/// No arguments of its own.
+#[derive(Debug, Args)]
+pub(super) struct Nothing {}
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
     /// The main job: plan, frames, photometry, light curve
-    Run(RunArgs),
+    Run(With<RunArgs>),
     /// Geometry of every exposure, and when it is worth taking
-    Plan(SceneArgs),
+    Plan(With<SceneArgs>),
     /// Frames only; any subset or crop gives the pixels of the whole
-    Render(RenderArgs),
+    Render(With<RenderArgs>),
     /// Light curve from frames: pixels and headers
-    Photometry(PhotometryArgs),
+    Photometry(With<PhotometryArgs>),
     /// What is in the frames, what is left out and why, which noise dominates, what it costs
-    Explain(SceneArgs),
+    Explain(With<SceneArgs>),
     /// A commented scene to start from
-    Init(InitArgs),
+    Init(With<InitArgs>),
     /// All faults of a scene at once
-    Check(SceneArgs),
+    Check(With<SceneArgs>),
     /// JSON Schema of the scene file
-    Schema,
+    Schema(With<Nothing>),
     /// Star catalogues: import, info
     Catalog(CatalogArgs),
     /// Built-in stations
-    Stations,
+    Stations(With<Nothing>),
     /// Built-in scenes
-    Scenes,
+    Scenes(With<Nothing>),
     /// Shell completions
-    Completions {
-        /// The shell
-        shell: clap_complete::Shell,
-    },
+    Completions(With<CompletionArgs>),
+}
+
+impl Command {
+    /// The options of every command.
+    pub fn global(&self) -> &Global {
+        match self {
+            Self::Run(with) => &with.global,
+            Self::Plan(with) | Self::Explain(with) | Self::Check(with) => &with.global,
+            Self::Render(with) => &with.global,
+            Self::Photometry(with) => &with.global,
+            Self::Init(with) => &with.global,
+            Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
+            Self::Catalog(CatalogArgs { action: CatalogAction::Info(with) }) => &with.global,
+            Self::Schema(with) | Self::Stations(with) | Self::Scenes(with) => &with.global,
+            Self::Completions(with) => &with.global,
+        }
+    }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CompletionArgs {
+    /// The shell
+    pub shell: clap_complete::Shell,
 }
 
 #[derive(Debug, Args)]
@@ -103,10 +135,10 @@ pub(super) struct RenderArgs {
 #[derive(Debug, Args)]
 pub(super) struct PartArgs {
     /// Frames A..B (without B), A..=B, A.., or one number
-    #[arg(long, value_name = "A..B")]
+    #[arg(long, value_name = "A..B", allow_hyphen_values = true)]
     pub frames: Option<String>,
     /// Pixels x0,y0,width,height of each frame
-    #[arg(long, value_name = "X0,Y0,W,H")]
+    #[arg(long, value_name = "X0,Y0,W,H", allow_hyphen_values = true)]
     pub crop: Option<String>,
 }
 
@@ -144,18 +176,24 @@ pub(super) struct CatalogArgs {
 #[derive(Debug, Subcommand)]
 pub(super) enum CatalogAction {
     /// Make a catalogue file (-o FILE) from an astrometry.net index such as Debian's astrometry-data-tycho2-07
-    Import {
-        /// FITS index
-        file: PathBuf,
-        /// Name stored in the catalogue
-        #[arg(long, default_value = "tycho2")]
-        name: String,
-    },
+    Import(With<ImportArgs>),
     /// What a catalogue holds
-    Info {
-        /// Catalogue file; none: the built-in one
-        file: Option<PathBuf>,
-    },
+    Info(With<InfoArgs>),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ImportArgs {
+    /// FITS index
+    pub file: PathBuf,
+    /// Name stored in the catalogue
+    #[arg(long, default_value = "tycho2")]
+    pub name: String,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct InfoArgs {
+    /// Catalogue file; none: the built-in one
+    pub file: Option<PathBuf>,
 }
 
 fn key_value(text: &str) -> Result<(String, String), String> {

@@ -1,6 +1,6 @@
 //! `nightglass catalog`.
 
-use super::args::{CatalogAction, CatalogArgs, Global};
+use super::args::{CatalogAction, Global, With};
 use super::talk::{Failure, Talk, print, print_json};
 use crate::io::atomic;
 use crate::simulate::SimulateError;
@@ -8,22 +8,22 @@ use crate::stars::catalogue::Catalogue;
 use crate::stars::import::from_astrometry_index;
 use serde_json::json;
 
-pub(super) fn catalog(args: &CatalogArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
-    match &args.action {
-        CatalogAction::Import { file, name } => {
+pub(super) fn catalog(action: &CatalogAction, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    match action {
+        CatalogAction::Import(With { args, .. }) => {
             let Some(path) = &global.output else {
                 return Err(Failure::Input("catalog import: say where to write it with -o FILE".into()));
             };
             if path.exists() && !global.force {
                 return Err(Failure::Input(format!("{} exists; --force replaces it", path.display())));
             }
-            let bytes = from_astrometry_index(file, name).map_err(SimulateError::from)?;
+            let bytes = from_astrometry_index(&args.file, &args.name).map_err(SimulateError::from)?;
             atomic::write(path, &bytes)?;
             talk.say(&format!("wrote {}, {:.1} MiB", path.display(), bytes.len() as f64 / 1_048_576.0));
             Ok(())
         }
-        CatalogAction::Info { file } => {
-            let catalogue = match file {
+        CatalogAction::Info(With { args, .. }) => {
+            let catalogue = match &args.file {
                 Some(path) => Catalogue::open(path).map_err(SimulateError::from)?,
                 None => Catalogue::built_in(),
             };

@@ -1,7 +1,7 @@
 //! `nightglass explain`.
 
 use super::args::{Global, SceneArgs};
-use super::talk::{Failure, Talk, clock, load, print, print_json};
+use super::talk::{Failure, Talk, clock, load, print, write_new};
 use crate::run::tables::ledger_row;
 use crate::simulate::Simulator;
 use crate::study::explain::explain as study;
@@ -16,10 +16,11 @@ pub(super) fn explain(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<
         let rows = explanation.ledger.rows().map(ledger_row).collect::<Vec<_>>();
         let noise =
             explanation.noise.iter().map(|(n, v)| json!({ "name": n, "variance_e2_px": v })).collect::<Vec<_>>();
-        return print_json(&json!({
+        let whole = json!({
             "command": "explain", "rows": rows, "dominant_noise": explanation.dominant_noise,
             "noise": noise, "cost": { "frames": explanation.frames, "total_s": explanation.total_s },
-        }));
+        });
+        return give(&format!("{whole:#}\n"), "explain.json", global, talk);
     }
     let mut text = String::new();
     let _ = writeln!(text, "{}: {} frames, SCENESHA {}", scene.name, explanation.frames, simulator.scene_sha());
@@ -35,5 +36,14 @@ pub(super) fn explain(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<
     let _ = writeln!(text, "dominant noise: {}", explanation.dominant_noise);
     let _ = writeln!(text, "cost: about {:.1} s for all frames on this machine", explanation.total_s);
     talk.detail("means are those of the frame's centre, averaged over the frames");
-    print(&text)
+    give(&text, "explain.txt", global, talk)
+}
+
+/// To stdout, or to a file of the directory asked for.
+fn give(text: &str, name: &str, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let Some(dir) = &global.output else { return print(text) };
+    let path = dir.join(name);
+    write_new(&path, text, global)?;
+    talk.say(&format!("wrote {}", path.display()));
+    Ok(())
 }

@@ -20,30 +20,32 @@ use talk::Failure;
 
 /// Carry out a command line; 0 = done, 1 = failed, 2 = usage or bad input.
 pub fn main(cli: &Cli) -> ExitCode {
-    let talk = talk::Talk::new(&cli.global);
-    if let Some(threads) = cli.global.threads {
+    let global = cli.command.global();
+    let talk = talk::Talk::new(global);
+    if let Some(threads) = global.threads {
         // fails only if a pool exists already, which nothing here makes
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
-    if cli.global.gpu == "require" {
+    if global.gpu == "require" {
         talk.error("--gpu require: nothing in this version runs on a graphics processor; use auto or off");
         return ExitCode::from(2);
     }
     let result = match &cli.command {
-        Command::Run(args) => run::run(args, &cli.global, &talk),
-        Command::Plan(args) => plan::plan(args, &cli.global, &talk),
-        Command::Render(args) => render::render(args, &cli.global, &talk),
-        Command::Photometry(args) => photometry::photometry(args, &cli.global, &talk),
-        Command::Explain(args) => explain::explain(args, &cli.global, &talk),
-        Command::Init(args) => scenes::init(args, &cli.global, &talk),
-        Command::Check(args) => scenes::check(args, &cli.global, &talk),
-        Command::Schema => scenes::schema(),
-        Command::Scenes => scenes::scenes(&cli.global),
-        Command::Stations => scenes::stations(&cli.global),
-        Command::Catalog(args) => catalog::catalog(args, &cli.global, &talk),
-        Command::Completions { shell } => {
-            clap_complete::generate(*shell, &mut Cli::command(), "nightglass", &mut std::io::stdout());
-            Ok(())
+        Command::Run(with) => run::run(&with.args, global, &talk),
+        Command::Plan(with) => plan::plan(&with.args, global, &talk),
+        Command::Render(with) => render::render(&with.args, global, &talk),
+        Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
+        Command::Explain(with) => explain::explain(&with.args, global, &talk),
+        Command::Init(with) => scenes::init(&with.args, global, &talk),
+        Command::Check(with) => scenes::check(&with.args, global, &talk),
+        Command::Schema(_) => scenes::schema(),
+        Command::Scenes(_) => scenes::scenes(global),
+        Command::Stations(_) => scenes::stations(global),
+        Command::Catalog(args) => catalog::catalog(&args.action, global, &talk),
+        Command::Completions(with) => {
+            let mut script = Vec::new();
+            clap_complete::generate(with.args.shell, &mut Cli::command(), "nightglass", &mut script);
+            talk::print(&String::from_utf8_lossy(&script))
         }
     };
     match result {

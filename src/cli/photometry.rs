@@ -1,9 +1,8 @@
 //! `nightglass photometry`, and the measurement that `run` shares.
 
 use super::args::{Global, PhotometryArgs};
-use super::talk::{Failure, Talk, load, print, print_json};
+use super::talk::{Failure, Talk, load, print, print_json, write_new};
 use crate::astro::direction;
-use crate::io::atomic;
 use crate::io::ecsv::to_ecsv;
 use crate::photometry::{Place, Settings};
 use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
@@ -11,7 +10,6 @@ use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
 use glam::DVec2;
 use serde_json::json;
-use std::path::Path;
 
 pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = args.scene.as_deref().map(|s| load(s, global)).transpose()?;
@@ -40,8 +38,11 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         done: &|| bar.inc(1),
     };
     let file = global.output.as_ref().map(|dir| dir.join("lightcurve.ecsv"));
-    let curve = measure_and_write(&job, file.as_deref(), talk)?;
+    let curve = measure(&job, talk)?;
     bar.finish_and_clear();
+    if let Some(file) = &file {
+        write_new(file, &to_ecsv(&curve.table), global)?;
+    }
     match (global.json, file) {
         (true, _) => print_json(&json!({ "command": "photometry", "rows": curve.table.to_json_rows() })),
         (false, None) => print(&to_ecsv(&curve.table)),
@@ -52,15 +53,9 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
     }
 }
 
-/// Measure, write the light curve to `file` if there is one, and tell what came out.
-pub(super) fn measure_and_write(job: &Job, file: Option<&Path>, talk: &Talk) -> Result<LightCurve, Failure> {
+/// Measure, and tell what came out.
+pub(super) fn measure(job: &Job, talk: &Talk) -> Result<LightCurve, Failure> {
     let curve = measure_frames(job)?;
-    if let Some(file) = file {
-        if let Some(dir) = file.parent() {
-            std::fs::create_dir_all(dir)?;
-        }
-        atomic::write(file, to_ecsv(&curve.table).as_bytes())?;
-    }
     let good = curve.measurements.iter().filter(|m| m.mag_v.is_finite()).collect::<Vec<_>>();
     let mean = |f: &dyn Fn(&crate::photometry::Measurement) -> f64| {
         good.iter().map(|m| f(m)).sum::<f64>() / good.len() as f64

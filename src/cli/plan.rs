@@ -1,8 +1,7 @@
 //! `nightglass plan`.
 
 use super::args::{Global, SceneArgs};
-use super::talk::{Failure, Talk, load, print, print_json};
-use crate::io::atomic;
+use super::talk::{Failure, Talk, load, print, print_json, write_new};
 use crate::io::ecsv::to_ecsv;
 use crate::plan::planner::Planner;
 use crate::plan::table::table;
@@ -11,14 +10,15 @@ use serde_json::json;
 
 pub(super) fn plan(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
-    let views = Planner::new(&scene).and_then(|p| p.views()).map_err(SimulateError::from)?;
+    let planner = Planner::new(&scene).map_err(SimulateError::from)?;
+    let views = planner.views().map_err(SimulateError::from)?;
+    planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     let table = table(&views);
     let observable = views.iter().filter(|v| v.observability.observable).count();
     talk.say(&format!("{observable} of {} exposures observable", views.len()));
     if let Some(dir) = &global.output {
-        std::fs::create_dir_all(dir)?;
         let path = dir.join("plan.ecsv");
-        atomic::write(&path, to_ecsv(&table).as_bytes())?;
+        write_new(&path, &to_ecsv(&table), global)?;
         talk.say(&format!("wrote {}", path.display()));
     }
     match (global.json, &global.output) {

@@ -38,6 +38,7 @@ pub(super) fn produce(scene: &Scene, part: &PartArgs, global: &Global, talk: &Ta
     let crop = part.crop.as_deref().map(|text| crop_region(text, scene)).transpose()?;
     let simulator = Simulator::new(scene)?;
     let views = simulator.planner.views().map_err(SimulateError::from)?;
+    simulator.planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     let path = global.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
     let dir = OutputDir::prepare(&path, scene, global.force)?;
     tables::write(&dir, "plan.ecsv", &plan_table(&views))?;

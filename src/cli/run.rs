@@ -1,11 +1,12 @@
 //! `nightglass run`: the main job.
 
 use super::args::{Global, RunArgs};
-use super::photometry::measure_and_write;
+use super::photometry::measure;
 use super::render::produce;
 use super::talk::{Failure, Talk, load, print_json};
 use crate::photometry::Place;
 use crate::run::lightcurve::{Job, settings};
+use crate::run::tables;
 use crate::simulate::{SimulateError, catalogue};
 use serde_json::json;
 
@@ -25,8 +26,9 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
             settings: settings(&scene),
             done: &|| bar.inc(1),
         };
-        measure_and_write(&job, Some(&output.dir.file("lightcurve.ecsv")), talk)?;
+        let curve = measure(&job, talk)?;
         bar.finish_and_clear();
+        tables::write(&output.dir, "lightcurve.ecsv", &curve.table)?;
         written.push("lightcurve.ecsv");
     }
     let dir = output.dir.path().display();

@@ -4,10 +4,14 @@ use super::args::{Global, InitArgs, SceneArgs};
 use super::talk::{Failure, Talk, load, print, print_json};
 use crate::io::atomic;
 use crate::scene::{self, SCENES, STATIONS};
+use crate::simulate::{SimulateError, Simulator};
 use serde_json::json;
 
 pub(super) fn init(args: &InitArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let text = scene::template(args.name.as_deref())?;
+    if global.json {
+        return print_json(&json!({ "command": "init", "rows": [{ "name": args.name, "toml": text }] }));
+    }
     let Some(path) = &global.output else { return print(&text) };
     if path.exists() && !global.force {
         return Err(Failure::Input(format!("{} exists; --force replaces it", path.display())));
@@ -28,6 +32,11 @@ pub(super) fn check(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<()
         print_json(&json!({ "command": "check", "rows": rows }))?;
     }
     let scene = loaded?;
+    // what only shows when tables, elements and epochs are used
+    let simulator = Simulator::new(&scene)?;
+    for frame in [0, scene.exposures.count.saturating_sub(1)] {
+        simulator.planner.view(frame).map_err(SimulateError::from)?;
+    }
     talk.say(&format!("{}: no faults, SCENESHA {}", scene.name, scene.sha256()));
     Ok(())
 }

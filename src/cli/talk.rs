@@ -1,12 +1,14 @@
 //! Words to the user: stderr for talk and progress, stdout for data, exit codes.
 
 use super::args::Global;
+use crate::io::atomic;
 use crate::run::RunError;
 use crate::scene::{self, Options, Scene, SceneError};
 use crate::simulate::SimulateError;
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use std::fmt;
 use std::io::{self, IsTerminal, Write};
+use std::path::Path;
 
 /// Why a command ended early.
 #[derive(Debug)]
@@ -46,12 +48,8 @@ impl From<SceneError> for Failure {
 
 impl From<SimulateError> for Failure {
     fn from(e: SimulateError) -> Self {
-        match e {
-            // elements, epochs, tables and catalogues are what the user gave
-            SimulateError::Plan(_) | SimulateError::Curve(_) | SimulateError::Catalogue(_) => {
-                Self::Input(e.to_string())
-            }
-        }
+        // elements, epochs, tables and catalogues are what the user gave
+        Self::Input(e.to_string())
     }
 }
 
@@ -60,7 +58,9 @@ impl From<RunError> for Failure {
         match e {
             RunError::Simulate(e) => e.into(),
             RunError::Io(_) => Self::Failed(e.to_string()),
-            RunError::Occupied { .. } | RunError::Usage(_) | RunError::Photometry(_) => Self::Input(e.to_string()),
+            RunError::Occupied { .. } | RunError::Usage(_) | RunError::Read(_) | RunError::Photometry(_) => {
+                Self::Input(e.to_string())
+            }
         }
     }
 }
@@ -85,20 +85,20 @@ impl Talk {
     /// Something worth knowing.
     pub fn say(&self, text: &str) {
         if !self.quiet {
-            eprintln!("{text}");
+            note(text);
         }
     }
 
     /// Something for the curious.
     pub fn detail(&self, text: &str) {
         if self.verbose {
-            eprintln!("{text}");
+            note(text);
         }
     }
 
     /// Why it failed; said even when quiet.
     pub fn error(&self, text: &str) {
-        eprintln!("error: {text}");
+        note(&format!("error: {text}"));
     }
 
     /// A progress bar over `total` steps; visible on a terminal only.
@@ -112,6 +112,23 @@ impl Talk {
             .unwrap_or_else(|_| ProgressStyle::default_bar());
         ProgressBar::with_draw_target(Some(total as u64), target).with_style(style).with_message(what)
     }
+}
+
+/// A line on stderr; where stderr cannot be written to, nobody can be told.
+fn note(text: &str) {
+    let _ = writeln!(io::stderr().lock(), "{text}");
+}
+
+/// Write a file that is not there yet, holds the same already, or may be replaced.
+pub(super) fn write_new(path: &Path, text: &str, global: &Global) -> Result<(), Failure> {
+    let there = std::fs::read(path).ok();
+    if there.is_some_and(|bytes| bytes != text.as_bytes()) && !global.force {
+        return Err(Failure::Input(format!("{} exists and differs; --force replaces it", path.display())));
+    }
+    if let Some(dir) = path.parent() {
+        atomic::create_dir(dir)?;
+    }
+    Ok(atomic::write(path, text.as_bytes())?)
 }
 
 /// Load a scene with the command line's replacements.

@@ -13,6 +13,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path)).map_err(told)
 }
 
+/// Make a directory and those above it.
+///
+/// # Errors
+/// Whatever the file system says, with the path.
+pub fn create_dir(path: &Path) -> io::Result<()> {
+    std::fs::create_dir_all(path).map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", path.display())))
+}
+
 /// The name a file has while it is written.
 fn partial_name(path: &Path) -> PathBuf {
     let mut name = path.file_name().unwrap_or_default().to_owned();

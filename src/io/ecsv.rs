@@ -4,7 +4,6 @@
 
 pub use crate::base::table::{Column, Table, Values};
 
-use serde_json::Value as Json;
 use std::fmt::Write;
 
 /// The table as ECSV.
@@ -18,7 +17,7 @@ pub fn to_ecsv(table: &Table) -> String {
         text.push_str("# meta: !!omap\n");
     }
     for (key, value) in &table.meta {
-        let _ = writeln!(text, "# - {{{key}: {}}}", Json::from(value.as_str()));
+        let _ = writeln!(text, "# - {{{key}: {}}}", value);
     }
     text.push_str("# schema: astropy-2.0\n");
     let names = table.columns.iter().map(|c| c.name).collect::<Vec<_>>();

@@ -161,6 +161,10 @@ fn world(header: &mut Header, wcs: &Wcs, region: &Region) {
             }
         }
     }
+    // the default is 0 where CRVAL2 is exactly 90
+    header.push("LONPOLE", 180.0, "[deg] native longitude of the celestial pole");
+    header.push("CROPX0", region.x0 as i64, "first column of the whole frame stored here, from 0");
+    header.push("CROPY0", region.y0 as i64, "first row of the whole frame stored here, from 0");
     header.push("RADESYS", "ICRS", "");
     header.push("EQUINOX", 2000.0, "");
 }
@@ -190,8 +194,10 @@ fn simulation(header: &mut Header, e: &Exposure) {
     if dark > 0.0 {
         number(header, "SKYDARK", dark, "[e] mean dark charge per pixel");
     }
-    let sum = dark + means.iter().map(|m| m.mean_e_px).sum::<f64>();
-    number(header, "SKYSUM", sum, "[e] sum of the SKY cards");
+    if !e.scenery.sky_is_unknown() {
+        let sum = dark + means.iter().map(|m| m.mean_e_px).sum::<f64>();
+        number(header, "SKYSUM", sum, "[e] sum of the SKY cards");
+    }
 }
 
 fn history(header: &mut Header, ledger: &[Row]) {

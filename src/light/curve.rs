@@ -55,7 +55,7 @@ impl Curve {
             let fault = |reason: String| CurveError::Line { name: name.to_owned(), line: index + 1, reason };
             match numbers.as_deref() {
                 Err(_) if nm.is_empty() => continue,
-                Ok(&[x, y, ..]) if x.is_finite() && y.is_finite() => {
+                Ok(&[x, y]) if x.is_finite() && y.is_finite() => {
                     if nm.last().is_some_and(|last| x <= *last) {
                         return Err(fault(format!("wavelength {x} nm is not above the one before")));
                     }

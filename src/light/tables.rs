@@ -61,10 +61,32 @@ pub fn curve(kind: Kind, table: &Table) -> Result<Curve, CurveError> {
             let name = path.display().to_string();
             let text = std::fs::read_to_string(path)
                 .map_err(|e| CurveError::Unreadable { name: name.clone(), reason: e.to_string() })?;
-            Curve::parse(&text, &name)?
+            let curve = Curve::parse(&text, &name)?;
+            plausible(kind, &curve, &name)?;
+            curve
         }
     };
     Ok(if kind == Kind::Extinction { curve.held() } else { curve })
+}
+
+/// Refuse wavelengths that are not in nanometres and values that a curve of this kind cannot have.
+fn plausible(kind: Kind, curve: &Curve, name: &str) -> Result<(), CurveError> {
+    let fault = |reason: String| Err(CurveError::Unreadable { name: name.to_owned(), reason });
+    let (what, most) = match kind {
+        Kind::Extinction => ("an extinction must lie in 0..20 mag/airmass", 20.0),
+        Kind::Filter => ("a transmission must lie in 0..1", 1.0),
+        Kind::Qe => ("a quantum efficiency must lie in 0..1 e-/photon", 1.0),
+    };
+    for nm in curve.wavelengths() {
+        let value = curve.at(*nm);
+        if !(100.0..=30_000.0).contains(nm) {
+            return fault(format!("wavelength {nm}: must lie in 100..30000 nm"));
+        }
+        if !(0.0..=most).contains(&value) {
+            return fault(format!("{value} at {nm} nm: {what}"));
+        }
+    }
+    Ok(())
 }
 
 /// Solar spectrum above the atmosphere at 1 au \[W m^-2 nm^-1\], ASTM E490-00a.

@@ -6,6 +6,22 @@ use crate::base::constants::{LIGHT_M_S, PLANCK_J_S};
 use crate::scene::Scene;
 use std::f64::consts::PI;
 
+/// What can be wrong with a throughput.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum ThroughputError {
+    /// A table cannot be used.
+    #[error("{key}: {source}")]
+    Table {
+        /// The scene's key that names it.
+        key: &'static str,
+        /// What is wrong.
+        source: CurveError,
+    },
+    /// No light gets through.
+    #[error("telescope.filter and detector.qe: together they pass no sunlight between 280 and 1100 nm")]
+    Dark,
+}
+
 /// Everything between a photon above the atmosphere and an electron in a pixel.
 #[derive(Debug, Clone)]
 pub struct Throughput {
@@ -39,16 +55,23 @@ impl Throughput {
     /// The throughput of a scene's telescope, filter, detector and atmosphere.
     ///
     /// # Errors
-    /// [`CurveError`] for a table that cannot be read.
-    pub fn of(scene: &Scene) -> Result<Self, CurveError> {
+    /// [`ThroughputError`] for a table that cannot be used, or tables that let no light through.
+    pub fn of(scene: &Scene) -> Result<Self, ThroughputError> {
         let (outer, inner) = (scene.telescope.aperture_m, scene.telescope.obstruction_m);
-        Ok(Self {
+        let curve =
+            |key, kind, table| tables::curve(kind, table).map_err(|source| ThroughputError::Table { key, source });
+        let throughput = Self {
             area_m2: PI / 4.0 * (outer * outer - inner * inner),
             optics: scene.telescope.throughput,
-            filter: tables::curve(Kind::Filter, &scene.telescope.filter)?,
-            qe: tables::curve(Kind::Qe, &scene.detector.qe)?,
-            extinction: tables::curve(Kind::Extinction, &scene.station.extinction)?,
-        })
+            filter: curve("telescope.filter", Kind::Filter, &scene.telescope.filter)?,
+            qe: curve("detector.qe", Kind::Qe, &scene.detector.qe)?,
+            extinction: curve("station.extinction", Kind::Extinction, &scene.station.extinction)?,
+        };
+        if throughput.electrons_per_s(&tables::sun(), 0.0) > 0.0 {
+            Ok(throughput)
+        } else {
+            Err(ThroughputError::Dark)
+        }
     }
 
     /// Electrons per second from a spectrum \[W m^-2 nm^-1\] (per steradian from a radiance), dimmed by

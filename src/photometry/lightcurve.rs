@@ -78,7 +78,7 @@ pub fn table(measurements: &[Measurement], geometry: Option<&[Geometry]>) -> Tab
     let rows = || measurements.iter().zip(&places);
     let mut table = Table::default();
     table.note("origin", "measured");
-    table.note("norm_range_km", &format!("{NORM_RANGE_KM}"));
+    table.note("norm_range_km", NORM_RANGE_KM);
     table.column("frame", "", Values::Int(measurements.iter().enumerate().map(|(i, m)| m.frame_or(i)).collect()));
     table.texts("time_utc", measurements.iter().map(|m| m.time.iso_utc()));
     {

@@ -38,6 +38,14 @@ impl Motion {
         })
     }
 
+    /// Age of the orbital elements at `t` \[days\], if there are any.
+    pub fn element_age_days(&self, t: &Instant) -> Option<f64> {
+        match self {
+            Self::Orbit(satellite) => Some(t.since(&satellite.epoch()) / crate::base::constants::DAY_S),
+            Self::Fixed(..) => None,
+        }
+    }
+
     /// The place at `t` for an observer at `site`.
     ///
     /// # Errors

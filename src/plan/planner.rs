@@ -15,6 +15,12 @@ use glam::DVec2;
 /// Half the step of the numerical derivative of a place \[s\].
 const RATE_STEP_S: f64 = 0.1;
 
+/// Elements farther from the first exposure than this are warned about \[days\].
+const OLD_ELEMENTS_DAYS: f64 = 14.0;
+
+/// Midpoints of the mean share of sunlight over an exposure in which the share changes: 1e-4 of the exposure.
+const SHADOW_STEPS: usize = 256;
+
 /// A scene made ready for planning.
 #[derive(Debug, Clone)]
 pub struct Planner<'a> {
@@ -37,6 +43,19 @@ impl<'a> Planner<'a> {
         let motions = scene.target.iter().map(Motion::of).collect::<Result<Vec<_>, _>>()?;
         let mount = Mount::of(scene, &motions)?;
         Ok(Self { scene, site, motions, mount })
+    }
+
+    /// What a user should know of the targets' elements: those older or younger than a fortnight at the first exposure.
+    /// SGP4 errs by a kilometre or so a day in a low orbit, less farther out (Vallado & Cefola 2012, IAC-12-A6.6.11).
+    pub fn warnings(&self) -> Vec<String> {
+        let first = Instant::new(self.scene.exposures.start);
+        let ages = self.motions.iter().map(|motion| motion.element_age_days(&first));
+        let old = |(target, age): (&crate::scene::Target, Option<f64>)| {
+            let age = age.filter(|days| days.abs() > OLD_ELEMENTS_DAYS)?;
+            let side = if age > 0.0 { "older" } else { "younger" };
+            Some(format!("elements of {} are {:.0} days {side} than the first exposure", target.name, age.abs()))
+        };
+        self.scene.target.iter().zip(ages).filter_map(old).collect()
     }
 
     /// The geometry of frame number `frame`.
@@ -97,6 +116,19 @@ impl<'a> Planner<'a> {
         let at = |t: &Instant| motion.place(&self.site, t);
         let (first, last) = (at(start)?, at(end)?);
         let sunlit = |place: &Place, t: &Instant| place.illumination(observer, t).sunlit;
+        let three = [sunlit(&first, start), light.sunlit, sunlit(&last, end)];
+        let sunlit_mean = if three[0] == three[1] && three[1] == three[2] {
+            three[1]
+        } else {
+            // the share has kinks at the contacts: many midpoints instead of a rule for smooth functions
+            let step = end.since(start) / SHADOW_STEPS as f64;
+            let mut sum = 0.0;
+            for k in 0..SHADOW_STEPS {
+                let t = start.plus((k as f64 + 0.5) * step);
+                sum += sunlit(&at(&t)?, &t);
+            }
+            sum / SHADOW_STEPS as f64
+        };
         let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
         let step = at(&mid.plus(RATE_STEP_S))?.astrometric - at(&mid.plus(-RATE_STEP_S))?.astrometric;
         let (east, north) = east_north(place.astrometric);
@@ -104,7 +136,7 @@ impl<'a> Planner<'a> {
             place,
             start_end: [first.astrometric, last.astrometric],
             light,
-            sunlit_mean: (sunlit(&first, start) + 4.0 * light.sunlit + sunlit(&last, end)) / 6.0,
+            sunlit_mean,
             apparent,
             airmass: airmass(apparent.elevation),
             rate: DVec2::new(step.dot(east), step.dot(north)) / (2.0 * RATE_STEP_S),

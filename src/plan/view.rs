@@ -50,7 +50,7 @@ pub struct TargetView {
     pub start_end: [DVec3; 2],
     /// How it is lit at mid-exposure.
     pub light: Illumination,
-    /// Share of sunlight, averaged over the exposure (Simpson's rule over opening, middle and closing).
+    /// Share of sunlight, averaged over the exposure.
     pub sunlit_mean: f64,
     /// Apparent place: light time, diurnal aberration, refraction.
     pub apparent: Horizontal,

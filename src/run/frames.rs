@@ -7,7 +7,7 @@ use crate::camera::psf::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
 use crate::io::ecsv::to_ecsv;
-use crate::io::{atomic, fits, image, labels, preview};
+use crate::io::{atomic, checksum, fits, image, labels, preview};
 use crate::plan::view::View;
 use crate::scene::{Crop, Scene};
 use crate::simulate::{Simulator, whole};
@@ -76,25 +76,43 @@ pub fn render(simulator: &Simulator, views: &[View], dir: &OutputDir, job: &Job)
             }
             continue;
         }
-        if !asked && !dir.frame(view.frame).exists() {
+        let there = dir.frame(view.frame).exists();
+        if !asked && !there {
             continue;
         }
         let began = (job.clock)();
         let mut scenery = simulator.scenery(view);
         let prepared = (job.clock)();
-        let region = job.crop.unwrap_or_else(|| stored_region(simulator.scene, &scenery));
+        let region = match (asked, there) {
+            // a frame of another shard: taken as it is
+            (false, _) => match stored_as(dir, view.frame) {
+                Some(region) => region,
+                None => continue,
+            },
+            (true, _) => job.crop.unwrap_or_else(|| asked_region(simulator.scene, &scenery)),
+        };
         if region.is_empty() {
             (job.done)(&Done::Skipped(view.frame, "the crop holds no pixel of this frame".into()));
             continue;
         }
-        let done = if is_finished(dir, view.frame, simulator.scene_sha(), &region) {
+        let kept = there && is_whole(dir, view.frame, simulator.scene_sha());
+        if asked && kept && stored_as(dir, view.frame) != Some(region) {
+            return Err(RunError::Occupied {
+                dir: dir.path().display().to_string(),
+                what: format!("frame {} with other pixels than those asked for", view.frame),
+            });
+        }
+        if asked {
+            write_companions(simulator, view, &scenery, &region, dir)?;
+        }
+        let done = if kept || !asked {
             Done::Kept(view.frame)
         } else {
             write_frame(simulator, view, &scenery, &region, dir)?;
             Done::Written(view.frame)
         };
         note_times(&mut scenery, (prepared - began) * 1e3, ((job.clock)() - prepared) * 1e3);
-        rendered.truth.extend(truth::of(simulator.scene, view, &scenery));
+        rendered.truth.extend(truth::of(simulator.scene, view, &scenery, &region));
         rendered.ledger.fold(&scenery.ledger);
         rendered.frames.push(view.frame);
         (job.done)(&done);
@@ -102,8 +120,8 @@ pub fn render(simulator: &Simulator, views: &[View], dir: &OutputDir, job: &Job)
     Ok(rendered)
 }
 
-/// The pixels of a frame that are stored.
-fn stored_region(scene: &Scene, scenery: &Scenery) -> Region {
+/// The pixels of a frame that the scene's `[output]` asks for.
+fn asked_region(scene: &Scene, scenery: &Scenery) -> Region {
     match scene.output.crop {
         Crop::None => whole(scene),
         Crop::Rect([x0, y0, width, height]) => cut(scene, Region { x0, y0, width, height }),
@@ -127,16 +145,22 @@ pub fn cut(scene: &Scene, region: Region) -> Region {
     Region { x0, y0, width: region.width.min(width - x0), height: region.height.min(height - y0) }
 }
 
-/// True if the frame is there, whole, and of this scene and region.
-fn is_finished(dir: &OutputDir, number: usize, scene_sha: &str, region: &Region) -> bool {
-    image::keywords(&dir.frame(number)).is_ok_and(|header| {
-        header.text("SCENESHA").as_deref() == Some(scene_sha)
-            && header.number("NAXIS1") == Some(region.width as f64)
-            && header.number("NAXIS2") == Some(region.height as f64)
-    })
+/// The pixels that a frame on disk holds, by its header: the reference pixel lies at the whole frame's centre.
+fn stored_as(dir: &OutputDir, number: usize) -> Option<Region> {
+    let header = image::keywords(&dir.frame(number)).ok()?;
+    let whole = |keyword: &str| header.number(keyword).filter(|v| *v >= 0.0).map(|v| v.round() as usize);
+    Some(Region { x0: whole("CROPX0")?, y0: whole("CROPY0")?, width: whole("NAXIS1")?, height: whole("NAXIS2")? })
 }
 
-fn write_frame(
+/// True if the frame is of this scene and its bytes are as they were written: the sum of a whole FITS file is -0.
+fn is_whole(dir: &OutputDir, number: usize, scene_sha: &str) -> bool {
+    let path = dir.frame(number);
+    let of_scene = image::keywords(&path).is_ok_and(|h| h.text("SCENESHA").as_deref() == Some(scene_sha));
+    of_scene && std::fs::read(&path).is_ok_and(|bytes| checksum::ones_complement_sum(&bytes, 0) == u32::MAX)
+}
+
+/// Write the planes and star table of a frame that are asked for and not there yet.
+fn write_companions(
     simulator: &Simulator,
     view: &View,
     scenery: &Scenery,
@@ -145,29 +169,58 @@ fn write_frame(
 ) -> Result<(), RunError> {
     let output = &simulator.scene.output;
     let number = view.frame;
-    let (width, height) = (region.width, region.height);
-    let asked = |list: &[String], name: &str| list.iter().any(|entry| entry == name);
-    let labelled = simulator.labelled(view, scenery, region);
-    if asked(&output.planes, "mean") || asked(&output.planes, "variance") {
-        let (mean, variance) = expose::planes(simulator.scene, scenery, region);
-        for (name, unit, plane) in [("mean", "electron", mean), ("variance", "electron2", variance)] {
-            if asked(&output.planes, name) {
-                let path = dir.numbered("planes", &format!("{name}_"), number, "fits")?;
-                fits::write(&path, width, height, fits::Pixels::F32(&plane), &labels::plane(&labelled, unit))?;
+    let mut planes = Vec::new();
+    for (name, unit) in [("mean", "electron"), ("variance", "electron2")] {
+        if output.planes.iter().any(|plane| plane == name) {
+            let path = dir.numbered("planes", &format!("{name}_"), number, "fits")?;
+            if !path.exists() {
+                planes.push((name, unit, path));
             }
+        }
+    }
+    if !planes.is_empty() {
+        let (mean, variance) = expose::planes(simulator.scene, scenery, region);
+        let labelled = simulator.labelled(view, scenery, region);
+        for (name, unit, path) in planes {
+            let plane = if name == "mean" { &mean } else { &variance };
+            let header = labels::plane(&labelled, unit);
+            fits::write(&path, region.width, region.height, fits::Pixels::F32(plane), &header)?;
+        }
+    }
+    if output.format.iter().any(|format| format == "png") && dir.frame(number).exists() {
+        let path = dir.numbered("previews", "", number, "png")?;
+        if !path.exists() {
+            let image = image::Image::read(&dir.frame(number))?;
+            let adu = image.data.iter().map(|v| *v as u16).collect::<Vec<_>>();
+            atomic::write(&path, &preview::png(image.width, image.height, &adu)?)?;
         }
     }
     if output.star_table {
         let path = dir.numbered("stars", "stars_", number, "ecsv")?;
-        atomic::write(&path, to_ecsv(&truth::star_table(number, &scenery.stars)).as_bytes())?;
+        if !path.exists() {
+            let table = truth::star_table(number, &scenery.stars, region);
+            atomic::write(&path, to_ecsv(&table).as_bytes())?;
+        }
     }
+    Ok(())
+}
+
+/// Write a frame and its preview. The frame comes last: where it is, everything of it is.
+fn write_frame(
+    simulator: &Simulator,
+    view: &View,
+    scenery: &Scenery,
+    region: &Region,
+    dir: &OutputDir,
+) -> Result<(), RunError> {
+    let (width, height) = (region.width, region.height);
     let adu = simulator.pixels(view, scenery, region);
-    if asked(&output.format, "png") {
-        let path = dir.numbered("previews", "", number, "png")?;
+    if simulator.scene.output.format.iter().any(|format| format == "png") {
+        let path = dir.numbered("previews", "", view.frame, "png")?;
         atomic::write(&path, &preview::png(width, height, &adu)?)?;
     }
-    // the frame itself comes last: where it is, everything of it is
-    fits::write(&dir.frame(number), width, height, fits::Pixels::U16(&adu), &labels::frame(&labelled))?;
+    let header = labels::frame(&simulator.labelled(view, scenery, region));
+    fits::write(&dir.frame(view.frame), width, height, fits::Pixels::U16(&adu), &header)?;
     Ok(())
 }
 

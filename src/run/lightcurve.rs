@@ -4,7 +4,7 @@
 
 use super::RunError;
 use crate::base::table::Table;
-use crate::io::image::{Image, ReadError};
+use crate::io::image::Image;
 use crate::photometry::{
     FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
 };
@@ -15,14 +15,7 @@ use crate::simulate::SimulateError;
 use crate::stars::catalogue::Catalogue;
 use glam::DVec2;
 use rayon::prelude::*;
-use std::io;
 use std::path::PathBuf;
-
-impl From<ReadError> for RunError {
-    fn from(e: ReadError) -> Self {
-        Self::Io(io::Error::other(e))
-    }
-}
 
 /// What to measure.
 pub struct Job<'j> {

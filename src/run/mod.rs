@@ -5,6 +5,7 @@ pub mod lightcurve;
 pub mod tables;
 
 use crate::io::atomic;
+use crate::io::image::ReadError;
 use crate::photometry::PhotometryError;
 use crate::scene::{self, Options, Scene};
 use crate::simulate::SimulateError;
@@ -32,6 +33,9 @@ pub enum RunError {
     /// The simulation fails.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
+    /// A frame cannot be read.
+    #[error(transparent)]
+    Read(#[from] ReadError),
     /// The measurement fails.
     #[error(transparent)]
     Photometry(#[from] PhotometryError),
@@ -68,10 +72,10 @@ impl OutputDir {
                 dir.clear()?;
             }
         }
-        fs::create_dir_all(dir.frames())?;
+        atomic::create_dir(&dir.frames())?;
         let inputs = dir.path.join("inputs");
         for input in scene.inputs() {
-            fs::create_dir_all(&inputs)?;
+            atomic::create_dir(&inputs)?;
             let bytes = fs::read(&input.path)?;
             atomic::write(&inputs.join(&input.name), &bytes)?;
         }
@@ -123,7 +127,7 @@ impl OutputDir {
     /// The file of one plane, preview or star table.
     fn numbered(&self, folder: &str, stem: &str, number: usize, extension: &str) -> io::Result<PathBuf> {
         let folder = self.file(folder);
-        fs::create_dir_all(&folder)?;
+        atomic::create_dir(&folder)?;
         Ok(folder.join(format!("{stem}{number:04}.{extension}")))
     }
 }

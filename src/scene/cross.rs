@@ -13,6 +13,7 @@ pub(super) fn faults(scene: &Table, root: &Node) -> Vec<Fault> {
     look.times(&mut found);
     look.targets(&mut found);
     look.frames(&mut found);
+    look.output(&mut found);
     found
 }
 
@@ -115,6 +116,15 @@ impl Look<'_> {
             if !written && self.text(path) == Some("target") {
                 found.push(self.fault(path, "the scene has no [[target]]"));
             }
+        }
+    }
+
+    fn output(&self, found: &mut Vec<Fault>) {
+        let Some(formats) = self.get("output.format").and_then(Value::as_array) else { return };
+        if !formats.iter().any(|format| format.as_str() == Some("fits")) {
+            found.push(
+                self.fault("output.format", "must contain \"fits\": photometry and resumption read the frames"),
+            );
         }
     }
 

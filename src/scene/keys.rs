@@ -163,12 +163,12 @@ pub(super) static KEYS: &[Key] = &[
     key("target[].attitude.turn_to", Word(AXES, &[]), "", Optional("\"sun\""), "aligned: where turn_body goes"),
 
     table("sky", Section, "diffuse light; a number is V mag/arcsec^2 of solar colour at the ground, the same over the frame"),
-    key("sky.airglow", WordOrReal(&["auto", "off", "krag"], &["palace"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "light of the upper atmosphere"),
-    key("sky.pollution", WordOrReal(&["auto", "off"], &["draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered artificial light"),
-    key("sky.twilight", WordOrReal(&["auto", "off", "patat"], &["yoachim", "draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered sunlight"),
-    key("sky.starlight", WordOrReal(&["auto", "off"], &[], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "stars fainter than stars.limit_mag_v only"),
-    key("sky.moonlight", WordOrReal(&["auto", "off", "krisciunas-schaefer"], &["rolo", "draft"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered moonlight"),
-    key("sky.zodiacal", WordOrReal(&["auto", "off", "leinert"], &["roach"], -10.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "sunlight from interplanetary dust"),
+    key("sky.airglow", WordOrReal(&["auto", "off", "krag"], &["palace"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "light of the upper atmosphere"),
+    key("sky.pollution", WordOrReal(&["auto", "off"], &["draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered artificial light"),
+    key("sky.twilight", WordOrReal(&["auto", "off", "patat"], &["yoachim", "draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered sunlight"),
+    key("sky.starlight", WordOrReal(&["auto", "off"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "stars fainter than stars.limit_mag_v only"),
+    key("sky.moonlight", WordOrReal(&["auto", "off", "krisciunas-schaefer"], &["rolo", "draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered moonlight"),
+    key("sky.zodiacal", WordOrReal(&["auto", "off", "leinert"], &["roach"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "sunlight from interplanetary dust"),
     key("sky.f107_sfu", Real(0.0, 1000.0), "sfu", Is("130.0"), "solar radio flux at 10.7 cm").later(),
     key("sky.tilt", Reals(2, -1.0, 1.0), "", Is("[0.0, 0.0]"), "of sources given as numbers: relative half-amplitude across x, y"),
 

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use hifitime::Epoch;
+use hifitime::{Epoch, TimeScale, Unit};
 use sha2::{Digest, Sha256};
 use toml::Value as Plain;
 use toml::value::{Datetime, Offset, Time};
@@ -287,7 +287,14 @@ pub(super) fn epoch(time: &Datetime) -> Option<Epoch> {
     let (date, clock) = (time.date?, time.time?);
     let (second, nanos) = (clock.second.unwrap_or(0), clock.nanosecond.unwrap_or(0));
     let year = i32::from(date.year);
-    Epoch::maybe_from_gregorian_utc(year, date.month, date.day, clock.hour, clock.minute, second, nanos).ok()
+    let at = |second| {
+        Epoch::maybe_from_gregorian_utc(year, date.month, date.day, clock.hour, clock.minute, second, nanos)
+    };
+    if second < 60 {
+        return at(second).ok();
+    }
+    // a leap second is one SI second after the 59th, counted where seconds do not jump
+    at(59).ok().map(|epoch| epoch.to_time_scale(TimeScale::TAI) + Unit::Second * 1.0)
 }
 
 #[cfg(test)]

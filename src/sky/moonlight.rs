@@ -3,8 +3,9 @@
 //! B = f(rho) I 10^(-0.4 k X(Zm)) (1 - 10^(-0.4 k X(Z))) nanolambert (eq. 15), with the Moon's illuminance
 //! I = 10^(-0.4 (3.84 + 0.026 |alpha| + 4e-9 alpha^4)) (eq. 20), f(rho) = 10^5.36 (1.06 + cos^2 rho) + 10^(6.15 - rho/40)
 //! (eq. 21; within 10 deg of the Moon 6.2e7 rho^-2, eq. 19), X(Z) = (1 - 0.96 sin^2 Z)^(-1/2) (eq. 3) and k in V from
-//! the station's extinction. Measured at the ground, solar colour. Quoted accuracy 8 to 23 %. A Moon in the Earth's
-//! umbra is outside the model.
+//! the station's extinction. Measured at the ground, solar colour. Quoted accuracy 8 to 23 %. A Moon in the
+//! penumbra is dimmed by the share of the Sun's disc it sees; one in the umbra, and one within 0.5 deg of the frame, is
+//! outside the model.
 
 use super::{Context, Source, Toward};
 use crate::astro::{separation, shadow};
@@ -15,6 +16,9 @@ use std::f64::consts::FRAC_PI_2;
 
 /// Effective wavelength of V \[nm\].
 const V_NM: f64 = 550.0;
+
+/// Nearer to the Moon than this the frame would show the Moon itself \[rad\].
+const NEAREST: f64 = 0.5 / 180.0 * std::f64::consts::PI;
 
 /// Moonlight of a frame.
 pub struct Moonlight<'a> {
@@ -55,10 +59,12 @@ impl<'a> Moonlight<'a> {
     pub fn new(context: &'a Context<'a>) -> Self {
         let moon = &context.view.moon;
         let extinction = curve(Kind::Extinction, &context.scene.station.extinction).map_or(0.15, |c| c.at(V_NM));
+        let position = crate::astro::bodies::moon_gcrs(&context.view.mid);
+        let lit = shadow::sunlit(position, context.view.observer.earth.to_sun);
         Self {
             context,
             extinction,
-            illuminance: illuminance(moon.phase),
+            illuminance: lit * illuminance(moon.phase),
             moon_airmass: scattering_airmass(FRAC_PI_2 - moon.body.horizontal.elevation),
         }
     }
@@ -89,13 +95,18 @@ impl Source for Moonlight<'_> {
         if elevation <= 0.0 {
             return Verdict::Absent(Why::NotVisible(format!("Moon {:.1} deg below the horizon", -elevation)));
         }
-        let moon = crate::astro::bodies::moon_gcrs(&view.mid);
-        if shadow::sunlit(moon, view.observer.earth.to_sun) < 1.0 {
-            return Verdict::Absent(Why::OutsideModel("Moon in the Earth's shadow".into()));
+        if self.illuminance <= 0.0 {
+            return Verdict::Absent(Why::OutsideModel("Moon in the Earth's umbra".into()));
         }
         let rho = separation(view.wcs.mid.centre, view.moon.body.direction);
         // the edge of the frame may be nearer to the Moon
         let nearest = (rho - view.wcs.mid.pixel_scale() * view.wcs.mid.crpix.length()).max(0.0);
+        if nearest < NEAREST {
+            return Verdict::Absent(Why::OutsideModel(format!(
+                "Moon in or beside the field, {:.1} deg",
+                rho.to_degrees()
+            )));
+        }
         Verdict::Needed { bound: 1.2 * self.electrons(nearest, FRAC_PI_2 - view.centre.elevation) }
     }
 

@@ -90,7 +90,8 @@ impl Source for Twilight<'_> {
         let below = self.sun_zenith_deg - 90.0;
         if self.sun_zenith_deg < FIRST_DEG {
             return Verdict::Absent(Why::OutsideModel(format!(
-                "Sun only {below:.1} deg below the horizon, model from 5 deg"
+                "Sun at {:.1} deg elevation, model below -5 deg",
+                -below
             )));
         }
         if self.zenith_electrons <= 0.0 {

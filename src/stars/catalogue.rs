@@ -72,7 +72,7 @@ pub enum CatalogueError {
         source: std::io::Error,
     },
     /// It is no catalogue of ours.
-    #[error("{path}: {reason}; make one with `nightglass catalog import`")]
+    #[error("{path}: {reason}")]
     Format {
         /// The file.
         path: String,
@@ -157,7 +157,7 @@ impl Catalogue {
     pub fn from_bytes(bytes: Cow<'static, [u8]>, name: &str) -> Result<Self, CatalogueError> {
         let fault = |reason: String| CatalogueError::Format { path: name.to_owned(), reason };
         if bytes.len() < HEAD || &bytes[..8] != MAGIC {
-            return Err(fault("no nightglass star catalogue".into()));
+            return Err(fault("no nightglass star catalogue; make one with `nightglass catalog import`".into()));
         }
         let [bands, cells, stars, bits] = [8, 12, 16, 20].map(|at| u32_at(&bytes, at));
         let columns = Columns::new(bands as usize, cells as usize, stars as usize, bits);
