@@ -1,15 +1,18 @@
 //! Apertures: circles and pills (all points within r of a segment), and the background beside them.
 //!
-//! A pixel cut by the border counts by its share inside, exact along ten lines through the pixel. The background is the mean of
-//! a pill-shaped annulus clipped symmetrically at [`CLIP_SIGMA`], not the median: pixels are integers of a few
-//! ADU, and the median of quantised counts is off by up to half a step. Clipping a Poisson distribution
-//! shifts its mean by less than 0.003 ADU at that width; a width of 3 sigma would shift it by 0.02.
+//! A pixel cut by the border counts by its share inside, exact along ten lines through the pixel. The background
+//! is the mean of a pill-shaped annulus clipped symmetrically at [`CLIP_SIGMA`], not the median: pixels are
+//! integers of a few ADU, and the median of quantised counts is off by up to half a step. Clipping a Poisson
+//! distribution shifts its mean by less than 0.003 ADU at that width; a width of 3 sigma would shift it by 0.02.
 
 use super::frame::Frame;
 use glam::DVec2;
 
 /// Width of the clipping of the background \[standard deviations\].
 pub const CLIP_SIGMA: f64 = 4.0;
+
+/// Lines through a pixel on which its part in an aperture is measured.
+pub const LINES: i32 = 10;
 
 /// A straight piece of a trail, or a point when its length is zero \[px\].
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -172,7 +175,7 @@ pub fn sum(frame: &Frame, segment: &Segment, radius: f64) -> Sum {
     let corners = [segment.centre - reach, segment.centre + reach];
     let mut sum = Sum { cut: !corners.iter().all(|c| frame.holds(*c, 0.0)), ..Sum::default() };
     segment.for_pixels(frame, radius + 0.708, |place, distance, value| {
-        let weight = overlap(segment, place, distance, radius, 10);
+        let weight = overlap(segment, place, distance, radius, LINES);
         if weight == 0.0 {
             return;
         }

@@ -1,8 +1,8 @@
 //! The background over part of a frame: a mesh of clipped means, interpolated bilinearly.
 //!
-//! Used to find sources; fluxes use the annulus beside the source ([`super::aperture`]). Each cell is the symmetrically
-//! clipped mean of its pixels; cells lifted by stars are levelled by a median over 3 x 3 cells (Bertin & Arnouts
-//! 1996, A&AS 117, 393, sect. 3). Only the cells asked for are computed.
+//! Used to find sources; fluxes use the annulus beside the source ([`super::aperture`]). Each cell is the
+//! symmetrically clipped mean of its pixels; cells lifted by stars are levelled by a median over 3 x 3 cells
+//! (Bertin & Arnouts 1996, A&AS 117, 393, sect. 3). Only the cells asked for are computed.
 
 use super::aperture::clipped_mean;
 use super::frame::Frame;

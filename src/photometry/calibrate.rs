@@ -6,7 +6,8 @@ use super::centroid;
 use super::detect;
 use super::field::{self, Track};
 use super::frame::Frame;
-use super::growth::{self, Psf, Rings};
+use super::growth::{self, Psf};
+use super::rings::{self, Rings};
 use super::single::{self, Aperture};
 use super::zeropoint::{self, MAG_PER_SHARE, StarFlux, ZeroPoint};
 use glam::DVec2;
@@ -74,7 +75,7 @@ pub fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expec
     const WIDTH_UNKNOWN: f64 = 0.25;
     let mut fwhm = expected;
     for _ in 0..3 {
-        let edges = growth::ring_edges(fwhm);
+        let edges = rings::ring_edges(fwhm);
         let rings = sources.iter().map(|(segment, variance, beside)| {
             Rings::gather(frame, segment, &edges, *variance, |p| field::covered(beside, p))
         });
@@ -86,7 +87,7 @@ pub fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expec
         }
         fwhm = psf.fwhm_px.clamp(0.7, 40.0);
     }
-    growth::fit(&[], &growth::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
+    growth::fit(&[], &rings::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
 }
 
 /// The zero point from lonely stars, and the aperture of a typical one.
@@ -99,7 +100,7 @@ pub fn stars_zero_point(
     settings: &Settings,
 ) -> (ZeroPoint, Option<Aperture>) {
     let Some(first) = lonely.first() else { return (ZeroPoint::NONE, None) };
-    let ladder = single::ladder(psf, tracks[*first].segment.length(), settings.aperture_px);
+    let ladder = single::ladder(psf, &tracks[*first].segment, settings.aperture_px, false);
     let mut fluxes = Vec::new();
     let mut used: Vec<&Aperture> = Vec::new();
     for index in lonely {

@@ -1,10 +1,9 @@
 //! Sources where they are expected: matched filtering near a predicted place.
 //!
-//! The pixels above the background are correlated with the expected image, a Gaussian of the seeing drawn along the
-//! source's trail, and divided by the scatter of the result. A target is the strongest peak within two widths
-//! of its predicted place, else the strongest clear one within the search radius. The common pointing
-//! error of the stars is the peak of the sum of their maps, each scaled to at most 10 so that no single source
-//! decides.
+//! The pixels above the background are correlated with the expected image, a Gaussian of the seeing drawn along
+//! the source's trail, and divided by the scatter of the result. A target is the strongest peak within two widths
+//! of its predicted place, else the strongest clear one within the search radius. The common pointing error of the
+//! stars is the peak of the sum of their maps, each scaled to at most 10 so that no single source decides.
 
 use super::aperture::Segment;
 use super::background::Mesh;

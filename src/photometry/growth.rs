@@ -10,120 +10,13 @@
 //! Chi-square is scaled to the best fit's when that exceeds its degrees of freedom.
 
 use super::aperture::{self, Segment};
-use super::frame::Frame;
 use super::profile::{Grid, Shape, share};
-use glam::DVec2;
+use super::rings::{Geometry, POINT_PX, Rings, pixels_around};
 
-/// Share of a ring's light that a perfect profile may still miss: flat field, centring.
-const MODEL_FLOOR: f64 = 0.003;
-/// The same in the core of a point of FWHM 3 px: the profile is averaged over places within a pixel, which a trail
-/// takes all and a point takes one of.
-const PHASE_FLOOR: f64 = 0.03;
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;
 /// Widest wings considered: 1/beta.
 const MAX_INVERSE_BETA: f64 = 0.6;
-
-/// Sums of light in rings about a source.
-#[derive(Debug, Clone)]
-pub struct Rings {
-    /// Sums \[e\], background included.
-    pub sum_e: Vec<f64>,
-    /// Areas \[px\].
-    pub area_px: Vec<f64>,
-    /// Variance of a background pixel \[e^2\].
-    pub sky_variance: f64,
-    /// Length of the source \[px\].
-    pub length: f64,
-    /// Share of a ring's light that a perfect profile may still miss.
-    pub floor: Vec<f64>,
-}
-
-/// Edges of the rings for images of about `fwhm` \[px\].
-pub fn ring_edges(fwhm: f64) -> Vec<f64> {
-    let mut edges = vec![0.0];
-    let mut edge = 0.0;
-    while edge < (8.0 * fwhm).max(12.0) {
-        edge += (0.25 * fwhm).max(0.7).max(0.15 * edge);
-        edges.push(edge);
-    }
-    edges
-}
-
-impl Rings {
-    /// The rings about `segment`, pixels shared between them by area. Pixels for which `masked` holds and
-    /// pixels that are no number are left out with their area.
-    pub fn gather(
-        frame: &Frame,
-        segment: &Segment,
-        edges: &[f64],
-        sky_variance: f64,
-        masked: impl Fn(DVec2) -> bool,
-    ) -> Self {
-        let n = edges.len() - 1;
-        let (mut sum_e, mut area_px) = (vec![0.0; n], vec![0.0; n]);
-        let reach = edges[n];
-        let bias = frame.bias_adu.unwrap_or(0.0);
-        segment.for_pixels(frame, reach + 0.708, |place, distance, value| {
-            if !value.is_finite() || masked(place) {
-                return;
-            }
-            let value_e = (value - bias) * frame.gain_e_adu;
-            let mut ring = edges.partition_point(|e| *e <= distance - 0.708).max(1);
-            let mut inside = 0.0;
-            // trails along a row have few distances: the pixel is shared between rings exactly
-            while ring <= n && inside < 1.0 {
-                let within = aperture::overlap(segment, place, distance, edges[ring], 4);
-                sum_e[ring - 1] += (within - inside) * value_e;
-                area_px[ring - 1] += within - inside;
-                (ring, inside) = (ring + 1, within);
-            }
-        });
-        let length = segment.length();
-        // rings begin with a width of FWHM / 4
-        let phase = PHASE_FLOOR * (0.75 / edges[1]).powi(2) / (1.0 + length);
-        let floor = |edge: &f64| if *edge < 10.0 * edges[1] { MODEL_FLOOR.max(phase) } else { MODEL_FLOOR };
-        Self { sum_e, area_px, sky_variance, length, floor: edges[1..].iter().map(floor).collect() }
-    }
-
-    /// Weights of the rings, 1 / variance, around a source of `flux` \[e\] with `shares` of light.
-    fn weights(&self, flux: f64, shares: &[f64]) -> Vec<f64> {
-        let light = shares.iter().map(|s| (flux * s).max(0.0)).zip(&self.floor);
-        let variance = self.area_px.iter().zip(light);
-        variance
-            .map(|(area, (l, floor))| {
-                let v = area * self.sky_variance + l + (floor * l).powi(2);
-                if *area > 0.0 && v > 0.0 { 1.0 / v } else { 0.0 }
-            })
-            .collect()
-    }
-
-    /// Flux, background and chi-square of each ring, for given shares and weights.
-    fn solve(&self, shares: &[f64], full_area: &[f64], weights: &[f64]) -> (f64, f64, Vec<f64>) {
-        let [mut ss, mut sa, mut aa, mut sy, mut ay] = [0.0; 5];
-        let rows = || {
-            let expected = shares.iter().zip(full_area).zip(&self.area_px);
-            // a masked ring holds its light in proportion
-            let model = expected.map(|((s, full), a)| (if *full > 0.0 { s * a / full } else { 0.0 }, *a));
-            model.zip(&self.sum_e).zip(weights)
-        };
-        for (((s, a), y), w) in rows() {
-            ss += w * s * s;
-            sa += w * s * a;
-            aa += w * a * a;
-            sy += w * s * y;
-            ay += w * a * y;
-        }
-        let det = ss * aa - sa * sa;
-        if det.is_nan() || det <= 1e-12 * ss * aa {
-            return (0.0, 0.0, vec![0.0; weights.len()]);
-        }
-        let flux = (sy * aa - ay * sa) / det;
-        let background = (ay * ss - sy * sa) / det;
-        let chi2 = rows().map(|(((s, a), y), w)| w * (y - flux * s - background * a).powi(2)).collect();
-        (flux, background, chi2)
-    }
-}
 
 /// One profile of the posterior.
 #[derive(Debug, Clone)]
@@ -148,12 +41,29 @@ pub struct Psf {
 pub struct ShareWeights(Vec<f64>);
 
 impl Psf {
-    /// Weights of the share that an aperture of `radius` collects from a source of `length` \[px\] beyond the
-    /// light that the annulus between `inner` and `outer` takes for background.
-    pub fn effective_weights(&self, radius: f64, [inner, outer]: [f64; 2], length: f64) -> ShareWeights {
+    /// Weights of the share that an aperture of `radius` about `source` \[px\] collects beyond the light that
+    /// the annulus between `inner` and `outer` takes for background. `placed`: the source's place within its pixel
+    /// counts, as it does for one target; the average over places serves many stars.
+    pub fn effective_weights(
+        &self,
+        radius: f64,
+        [inner, outer]: [f64; 2],
+        source: &Segment,
+        placed: bool,
+    ) -> ShareWeights {
+        let length = source.length();
         let area = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
         let ratio = area(radius) / (area(outer) - area(inner));
-        let mut weights = self.grid.share_weights(radius, length);
+        let mut weights = if placed && length < POINT_PX {
+            let mut weights = self.grid.no_weights();
+            for (place, distance) in pixels_around(source.centre, radius) {
+                let inside = aperture::overlap(source, place, distance, radius, aperture::LINES);
+                self.grid.add_pixel(&mut weights, distance, inside);
+            }
+            weights
+        } else {
+            self.grid.share_weights(radius, length)
+        };
         let beside =
             self.grid.share_weights(outer, length).into_iter().zip(self.grid.share_weights(inner, length));
         for (w, (o, i)) in weights.iter_mut().zip(beside) {
@@ -179,12 +89,6 @@ impl Psf {
         let spread: f64 = products.map(|((c, a), b)| c.weight * (a - mean_a) * (b - mean_b)).sum();
         spread + WING_FLOOR * WING_FLOOR * (1.0 - mean_a) * (1.0 - mean_b)
     }
-}
-
-/// A length class of the sources: weights and areas of each ring.
-struct Geometry {
-    rings: Vec<Vec<f64>>,
-    area: Vec<f64>,
 }
 
 /// The fit of one frame.
@@ -284,29 +188,23 @@ fn golden(mut a: f64, mut b: f64, steps: usize, f: impl Fn(f64) -> f64) -> (f64,
     if fc < fd { (c, fc) } else { (d, fd) }
 }
 
-/// The posterior of the point spread function from the rings of bright sources. `expected` is the FWHM \[px\] and the
-/// standard deviation of its logarithm known beforehand; without sources it is all there is.
+/// The posterior of the point spread function from the rings of bright sources. `expected` is the FWHM \[px\] and
+/// the standard deviation of its logarithm known beforehand; without sources it is all there is.
 pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -> Psf {
     let grid = Grid::new(expected.0, reach);
+    let mut geometries = Vec::new();
     let mut lengths: Vec<f64> = Vec::new();
     let mut classes = Vec::new();
     for source in sources {
         // trails of a frame differ by field curvature: one length to a part in 200 serves all
-        let known = lengths.iter().position(|l| (l - source.length).abs() <= 0.005 * l);
+        let same = |l: &f64| *l >= POINT_PX && (l - source.length).abs() <= 0.005 * l;
+        let known = lengths.iter().position(same);
         classes.push(known.unwrap_or_else(|| {
             lengths.push(source.length);
+            geometries.push(Geometry::new(&grid, edges, source));
             lengths.len() - 1
         }));
     }
-    let geometry = |length: &f64| {
-        let cumulative = edges.iter().map(|r| grid.share_weights(*r, *length)).collect::<Vec<_>>();
-        let area = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
-        Geometry {
-            rings: cumulative.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(b, a)| b - a).collect()).collect(),
-            area: edges.windows(2).map(|w| area(w[1]) - area(w[0])).collect(),
-        }
-    };
-    let geometries = lengths.iter().map(geometry).collect();
     let flat = |s: &Rings| s.area_px.iter().map(|a| if *a > 0.0 { 1.0 / a } else { 0.0 }).collect::<Vec<_>>();
     let sources = sources.iter().zip(classes).map(|(s, class)| (s, class, flat(s))).collect();
     let mut fit = Fit { grid, sources, geometries, expected };

@@ -37,8 +37,8 @@ impl Geometry {
 /// Give measurements without a zero point that of their neighbours in time.
 ///
 /// What is borrowed is the zero point of one second, zp - 2.5 log10(exptime), linear in time between the
-/// nearest measured ones before and after, constant beyond the first and last. It is not corrected for airmass: the
-/// frames of one pass change their airmass slowly, and a coefficient would have to be assumed. Its error is
+/// nearest measured ones before and after, constant beyond the first and last. It is not corrected for airmass:
+/// the frames of one pass change their airmass slowly, and a coefficient would have to be assumed. Its error is
 /// the larger of the neighbours' and half their difference, added in quadrature. Without any neighbour the
 /// magnitude stays NaN.
 pub fn borrow_zero_points(measurements: &mut [Measurement]) {

@@ -11,8 +11,8 @@
 //! 4. A flux is the sum within r of a point or segment, less the clipped mean beside it, divided by the
 //!    share of light that this collects: `F = (sum(w v) - B sum(w)) / S(r)`. Its variance in electrons is
 //!    `(F S + v sum(w^2) + v sum(w)^2 / n_B) / S^2 + (F sigma_S / S)^2`, v = background + RN^2 + gain^2/12.
-//! 5. r minimises this variance over a ladder of radii, so a bright target gets a wide aperture, whose correction is
-//!    small, and a faint one a narrow aperture. A radius that is asked for is used for target and stars.
+//! 5. r minimises this variance over a ladder of radii, so a bright target gets a wide aperture, whose
+//!    correction is small, and a faint one a narrow aperture. A radius that is asked for is used for target and stars.
 //! 6. The zero point is fitted to the stars ([`zeropoint`]); V = zp - 2.5 log10 F. The magnitude's error
 //!    adds the zero point's and scintillation (Young 1967, AJ 72, 747):
 //!    `0.09 D^(-2/3) X^1.75 exp(-h / 8000 m) / sqrt(2 t)`, D in cm, which the flux of this one exposure includes.
@@ -27,6 +27,7 @@ pub mod frame;
 pub mod growth;
 pub mod lightcurve;
 pub mod profile;
+pub mod rings;
 mod single;
 #[cfg(test)]
 mod synthetic;
@@ -251,13 +252,15 @@ pub fn measure(
         row.flags |= flag::BORROWED_ZERO_POINT;
     }
 
-    let ladder = single::ladder(&psf, target.length(), settings.aperture_px);
-    let (mut flux, mut aperture) = single::best_flux(frame, &target, &ladder, &near, settings.flat_rms);
+    let ladder = |source: &Segment| single::ladder(&psf, source, settings.aperture_px, true);
+    let mut apertures = ladder(&target);
+    let (mut flux, mut aperture) = single::best_flux(frame, &target, &apertures, &near, settings.flat_rms);
     let mut segment = target;
     if found.is_some() && (flux.flux_e < 3.0 * flux.err_e || flux.flux_e.is_nan()) {
         // what was found is nothing: the predicted place is the better one
         segment = predicted;
-        (flux, aperture) = single::best_flux(frame, &segment, &ladder, &near, settings.flat_rms);
+        apertures = ladder(&segment);
+        (flux, aperture) = single::best_flux(frame, &segment, &apertures, &near, settings.flat_rms);
     }
     row.set_place(frame, segment.centre);
     row.set_flux(&flux, aperture);

@@ -2,9 +2,10 @@
 //!
 //! Two families of one width each: Moffat 1969, A&A 3, 455, I ~ (1 + (r/a)^2)^-beta, with the Gaussian as
 //! its limit beta -> infinity; and Kolmogorov turbulence in a long exposure (Fried 1966, JOSA 56, 1372), the
-//! transform of exp(-3.44 (f lambda/r0)^(5/3)), FWHM = 0.976 lambda/r0, wings r^(-11/3). A profile is blurred by the
-//! pixel that collects it and by the pixel weights of the aperture: two unit boxes, averaged over
-//! directions and over places within a pixel.
+//! transform of exp(-3.44 (f lambda/r0)^(5/3)), FWHM = 0.976 lambda/r0, wings r^(-11/3). A profile is blurred by
+//! the pixel that collects it and by the pixel weights of the aperture: two unit boxes, averaged over directions
+//! and over places within a pixel. A single point takes one place only: its light in each pixel is the profile
+//! blurred by one box at the pixel's distance, and its share the sum over the pixels' own weights.
 //!
 //! For a source spread evenly over a segment of length L and a pill of radius r about the same segment, the
 //! light that a point at distance rho and angle phi from its origin brings into the pill is the share of
@@ -141,32 +142,48 @@ impl Grid {
         Self { nodes }
     }
 
-    /// Surface brightness \[1/px^2\] at the grid's radii of a profile of `fwhm` \[px\] blurred by the boxes.
+    /// Surface brightness \[1/px^2\] at the grid's radii of a profile of `fwhm` \[px\], blurred by one box (what a
+    /// pixel collects) and then, as many values again, by two (what weighted pixels sum to on average).
     pub fn profile(&self, shape: Shape, fwhm: f64) -> Vec<f64> {
-        // three points an axis with the second and fourth moment of two boxes, 1/6 and 1/15, seen from
-        // the direction 22.5 deg, where the fourth order of a square is that of its average over directions
-        const NODE: f64 = 0.632_455_532_033_676;
-        const RULE: [(f64, f64); 3] = [(-NODE, 5.0 / 24.0), (0.0, 14.0 / 24.0), (NODE, 5.0 / 24.0)];
+        // three points an axis with the second and fourth moment of one box, 1/12 and 1/80, and of two, 1/6 and
+        // 1/15
+        const ONE: [(f64, f64); 3] = three_points(0.387_298_334_620_742, 5.0 / 18.0);
+        const TWO: [(f64, f64); 3] = three_points(0.632_455_532_033_676, 5.0 / 24.0);
+        // seen from 22.5 deg, the fourth order of a square is that of its average over directions
         const TOWARDS: (f64, f64) = (0.923_879_532_511_287, 0.382_683_432_365_09);
         let ready = shape.ready();
         let plain = |r: f64| ready.at(r / fwhm) / (fwhm * fwhm);
-        let blurred = |r: f64| {
+        let blurred = |r: f64, rule: &[(f64, f64); 3]| {
             if r > 8.0 * fwhm.max(3.0) {
                 return plain(r);
             }
             let (x, y) = (r * TOWARDS.0, r * TOWARDS.1);
-            let row = |dy: f64| RULE.iter().map(|(dx, w)| w * plain((x + dx).hypot(y + dy))).sum::<f64>();
-            RULE.iter().map(|(dy, w)| w * row(*dy)).sum()
+            let row = |dy: f64| rule.iter().map(|(dx, w)| w * plain((x + dx).hypot(y + dy))).sum::<f64>();
+            rule.iter().map(|(dy, w)| w * row(*dy)).sum()
         };
-        self.nodes.iter().map(|r| blurred(*r)).collect()
+        [&ONE, &TWO].into_iter().flat_map(|rule| self.nodes.iter().map(|r| blurred(*r, rule))).collect()
+    }
+
+    /// Weights of nothing.
+    pub fn no_weights(&self) -> Vec<f64> {
+        vec![0.0; 2 * self.nodes.len()]
+    }
+
+    /// Adds to `weights` the light of a point in a pixel `distance` \[px\] from it that counts by `share`.
+    pub fn add_pixel(&self, weights: &mut [f64], distance: f64, share: f64) {
+        let above = self.nodes.partition_point(|r| *r <= distance);
+        let start = (above.saturating_sub(1) & !1).min(self.nodes.len() - 3);
+        let basis = quadratic(&self.nodes[start..start + 3], distance);
+        weights[start..start + 3].iter_mut().zip(basis).for_each(|(w, b)| *w += share * b);
     }
 
     /// Weights that turn a profile on this grid into the share enclosed by a pill of `radius` about a source
     /// of `length` \[px\].
     pub fn share_weights(&self, radius: f64, length: f64) -> Vec<f64> {
-        let mut weights = vec![0.0; self.nodes.len()];
+        let mut all = self.no_weights();
+        let weights = &mut all[self.nodes.len()..];
         for (ring, edges) in self.nodes.windows(3).enumerate().filter(|(i, _)| i % 2 == 0) {
-            let [start, middle, end] = [edges[0], edges[1], edges[2]];
+            let (start, end) = (edges[0], edges[2]);
             if start >= radius && length == 0.0 {
                 break;
             }
@@ -180,15 +197,23 @@ impl Grid {
                 for (place, weight) in GAUSS3 {
                     let rho = 0.5 * (a + b) + 0.5 * (b - a) * place;
                     let mass = 0.5 * (b - a) * weight * 2.0 * PI * rho * kept(rho, radius, length);
-                    let t = (rho - middle) / (0.5 * (end - start));
-                    weights[ring] += mass * 0.5 * t * (t - 1.0);
-                    weights[ring + 1] += mass * (1.0 - t * t);
-                    weights[ring + 2] += mass * 0.5 * t * (t + 1.0);
+                    let basis = quadratic(edges, rho);
+                    weights[ring..ring + 3].iter_mut().zip(basis).for_each(|(w, b)| *w += mass * b);
                 }
             }
         }
-        weights
+        all
     }
+}
+
+const fn three_points(node: f64, weight: f64) -> [(f64, f64); 3] {
+    [(-node, weight), (0.0, 1.0 - 2.0 * weight), (node, weight)]
+}
+
+/// Quadratic interpolation between two ring edges and their middle, at `r`: the weights of the three.
+fn quadratic(nodes: &[f64], r: f64) -> [f64; 3] {
+    let t = (r - nodes[1]) / (0.5 * (nodes[2] - nodes[0]));
+    [0.5 * t * (t - 1.0), 1.0 - t * t, 0.5 * t * (t + 1.0)]
 }
 
 /// Gauss-Legendre of order 3 on \[-1, 1\].
@@ -254,7 +279,8 @@ mod tests {
     #[test]
     fn enclosed_shares_agree_with_brute_force() {
         let unblurred = |grid: &Grid, shape: Shape, fwhm: f64| {
-            grid.nodes.iter().map(|r| shape.intensity(r / fwhm) / (fwhm * fwhm)).collect::<Vec<_>>()
+            let nodes = grid.nodes.iter().chain(&grid.nodes);
+            nodes.map(|r| shape.intensity(r / fwhm) / (fwhm * fwhm)).collect::<Vec<_>>()
         };
         for shape in [Shape::Moffat { inverse_beta: 0.0 }, Shape::Moffat { inverse_beta: 0.4 }, Shape::Kolmogorov]
         {
@@ -296,7 +322,8 @@ mod tests {
             // the sum of two uniform deviates
             let offset = |i: i32| (f64::from(i) + 0.5) / f64::from(n) - 1.0;
             let weight = |x: f64| (1.0 - x.abs()) / f64::from(n);
-            for (r, p) in grid.nodes.iter().zip(grid.profile(shape, fwhm)).step_by(7).take(12) {
+            for (r, p) in grid.nodes.iter().zip(&grid.profile(shape, fwhm)[grid.nodes.len()..]).step_by(7).take(12)
+            {
                 let mut exact = 0.0;
                 for turn in 0..8 {
                     let (sin, cos) = (f64::from(turn) * PI / 16.0).sin_cos();

@@ -32,8 +32,10 @@ pub struct Aperture {
     spread_px: f64,
 }
 
-/// Apertures for sources of `length` \[px\]: of the radius asked for, or a ladder.
-pub fn ladder(psf: &Psf, length: f64, radius: Option<f64>) -> Vec<Aperture> {
+/// Apertures for a source: of the radius asked for, or a ladder. `placed`: for this source where it is, not for
+/// all of its kind.
+pub fn ladder(psf: &Psf, source: &Segment, radius: Option<f64>, placed: bool) -> Vec<Aperture> {
+    let length = source.length();
     // the image as the pixels see it
     let fwhm = psf.fwhm_px.hypot(0.68);
     let asked = radius.filter(|r| r.is_finite() && *r > 0.0);
@@ -41,7 +43,7 @@ pub fn ladder(psf: &Psf, length: f64, radius: Option<f64>) -> Vec<Aperture> {
     let pill = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
     let aperture = |radius: f64| {
         let annulus = aperture::annulus_radii(radius, fwhm);
-        let shares = psf.shares(&psf.effective_weights(radius, annulus, length));
+        let shares = psf.shares(&psf.effective_weights(radius, annulus, source, placed));
         let (share, doubt) = (psf.mean(&shares), psf.covariance(&shares, &shares).sqrt());
         let annulus_area = pill(annulus[1]) - pill(annulus[0]);
         let spread_px = 2.27 * fwhm * fwhm + 1.5 * fwhm * length;

@@ -164,8 +164,9 @@ fn time_of_a_full_frame() {
     }
 }
 
-/// Pulls of 100 exposures or more: their mean lies within 0.2 and their width within 0.8..1.25. By chance alone the mean of
-/// 100 pulls scatters by 0.1 and the width by 0.07, so the seeds are fixed and the limits those required.
+/// Pulls of 100 exposures or more: their mean lies within 0.2 and their width within 0.8..1.25. By chance alone
+/// the mean of 100 pulls scatters by 0.1 and the width by 0.07, so the seeds are fixed and the limits those
+/// required.
 fn require_honest(camera: &Camera, target_e: f64, absent: usize, count: u64) {
     let field = field(DVec2::new(97.0, 6.0), absent, 3);
     let p = pulls(camera, &field, target_e, count, &Settings::default());

@@ -4,8 +4,8 @@
 //! unbiased for faint stars too, where the logarithm of a noisy flux is off by half its relative variance. Weights
 //! are 1 / (sigma^2 + (s k r)^2), with s the relative scatter in excess of the errors (catalogue, colours,
 //! scintillation, flat field), fitted so that chi-square equals its degrees of freedom. Stars are admitted
-//! by their *predicted* signal, which does not favour lucky ones. Stars off by a factor of two (absent, blended) are
-//! left out at once, then those beyond 4 standard deviations.
+//! by their *predicted* signal, which does not favour lucky ones. Stars off by a factor of two (absent, blended)
+//! are left out at once, then those beyond 4 standard deviations.
 
 /// Signal-to-noise ratio above which a star is used.
 const LEAST_SNR: f64 = 10.0;
