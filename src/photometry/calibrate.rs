@@ -1,13 +1,13 @@
 //! What a frame's stars tell before its target is measured: pointing offset, point spread function, zero point.
 
 use super::Settings;
-use super::aperture::Segment;
 use super::centroid;
 use super::detect;
 use super::field::{self, Track};
 use super::frame::Frame;
 use super::growth::{self, Psf};
 use super::rings::{self, Rings};
+use super::segment::Segment;
 use super::single::{self, Aperture};
 use super::zeropoint::{self, MAG_PER_SHARE, StarFlux, ZeroPoint};
 use glam::DVec2;

@@ -4,8 +4,8 @@
 //! displaced by d shifts the windowed mean by d/2, across and along, so each step adds twice the mean.
 //! Steps are bounded, and a source that leaves its neighbourhood or is no number gives none.
 
-use super::aperture::Segment;
 use super::frame::Frame;
+use super::segment::Segment;
 use glam::DVec2;
 
 /// The middle of the source near `guess`, for images of `fwhm` \[px\] above `background_adu`; none if it

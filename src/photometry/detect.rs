@@ -5,10 +5,10 @@
 //! of its predicted place, else the strongest clear one within the search radius. The common pointing error of the
 //! stars is the peak of the sum of their maps, each scaled to at most 10 so that no single source decides.
 
-use super::aperture::Segment;
 use super::background::Mesh;
 use super::centroid;
 use super::frame::Frame;
+use super::segment::Segment;
 use glam::DVec2;
 
 /// Widest search \[px\].

@@ -1,7 +1,7 @@
 //! Catalogue stars on a frame: where they draw, which stand alone, and how much light they give.
 
-use super::aperture::Segment;
 use super::frame::Frame;
+use super::segment::Segment;
 use glam::{DVec2, DVec3};
 
 /// A catalogue star.

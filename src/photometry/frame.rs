@@ -5,7 +5,7 @@
 //! Essential are the world coordinates, the exposure time, the gain and a date; whatever else is missing is
 //! either estimated from the pixels (bias, read noise) or left out (scintillation).
 
-use super::aperture::Segment;
+use super::segment::Segment;
 use crate::astro::direction;
 use crate::astro::time::Instant;
 use crate::base::units::ARCSEC;

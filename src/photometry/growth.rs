@@ -9,9 +9,10 @@
 //! does not tell about the wings appears as the share's uncertainty and widens the flux error honestly.
 //! Chi-square is scaled to the best fit's when that exceeds its degrees of freedom.
 
-use super::aperture::{self, Segment};
+use super::aperture;
 use super::profile::{Grid, Shape, share};
 use super::rings::{Geometry, POINT_PX, Rings, pixels_around};
+use super::segment::Segment;
 
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;

@@ -5,8 +5,10 @@ use crate::astro::angles;
 use crate::astro::time::Instant;
 use crate::base::table::{Table, Values};
 
-/// Range to which `mag_v_norm` is reduced \[km\].
-pub const NORM_RANGE_KM: f64 = 40_000.0;
+/// Ranges to which `mag_v_norm` is reduced \[km\]: of low orbits and of all others.
+pub const NORM_RANGES_KM: [f64; 2] = [1_000.0, 36_000.0];
+/// Nearer than this an orbit counts as low \[km\].
+const LOW_ORBIT_KM: f64 = 5_000.0;
 
 /// Geometry of an exposure, known from a scene.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,7 +80,9 @@ pub fn table(measurements: &[Measurement], geometry: Option<&[Geometry]>) -> Tab
     let rows = || measurements.iter().zip(&places);
     let mut table = Table::default();
     table.note("origin", "measured");
-    table.note("norm_range_km", NORM_RANGE_KM);
+    let nearest = places.iter().map(|g| g.range_km).fold(f64::INFINITY, f64::min);
+    let norm_range_km = NORM_RANGES_KM[usize::from(nearest >= LOW_ORBIT_KM)];
+    table.note("norm_range_km", norm_range_km);
     table.column("frame", "", Values::Int(measurements.iter().enumerate().map(|(i, m)| m.frame_or(i)).collect()));
     table.texts("time_utc", measurements.iter().map(|m| m.time.iso_utc()));
     {
@@ -101,9 +105,9 @@ pub fn table(measurements: &[Measurement], geometry: Option<&[Geometry]>) -> Tab
     floats("flux_err_e", "electron", &|m, _| m.flux_err_e);
     floats("mag_v", "mag", &|m, _| m.mag_v);
     floats("mag_err", "mag", &|m, _| m.mag_err);
-    floats("mag_v_norm", "mag", &|m, g| m.mag_v - 5.0 * (g.range_km / NORM_RANGE_KM).log10());
+    floats("mag_v_norm", "mag", &|m, g| m.mag_v - 5.0 * (g.range_km / norm_range_km).log10());
     floats("zeropoint_mag", "mag", &|m, _| m.zeropoint_mag);
-    floats("background_e_px", "electron", &|m, _| m.background_e_px);
+    floats("background_e_px", "electron / pix", &|m, _| m.background_e_px);
     floats("airmass", "", &|m, g| if g.airmass.is_finite() { g.airmass } else { m.airmass });
     floats("phase_deg", "deg", &|_, g| g.phase_deg);
     floats("range_km", "km", &|_, g| g.range_km);

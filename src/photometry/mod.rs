@@ -28,6 +28,7 @@ pub mod growth;
 pub mod lightcurve;
 pub mod profile;
 pub mod rings;
+pub mod segment;
 mod single;
 #[cfg(test)]
 mod synthetic;
@@ -40,9 +41,9 @@ pub use frame::{Frame, PhotometryError};
 pub use lightcurve::{Geometry, borrow_zero_points, table};
 
 use crate::astro::time::Instant;
-use aperture::Segment;
 use field::Track;
 use glam::{DVec2, DVec3};
+use segment::Segment;
 use single::{Aperture, Flux};
 use zeropoint::{MAG_PER_SHARE, ZeroPoint};
 

@@ -250,7 +250,7 @@ pub fn share(weights: &[f64], profile: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::photometry::aperture::Segment;
+    use crate::photometry::segment::Segment;
     use glam::DVec2;
 
     /// (r, l) against a midpoint sum over the plane: a source spread over its segment, point by point.

@@ -3,9 +3,10 @@
 //! A pixel is shared between rings by area. The light of a trail, which takes all places within a pixel, follows
 //! from the radius alone; that of a point is summed over the very pixels it fell on.
 
-use super::aperture::{self, Segment};
+use super::aperture;
 use super::frame::Frame;
 use super::profile::Grid;
+use super::segment::Segment;
 use glam::DVec2;
 
 /// Share of a ring's light that a perfect profile may still miss: flat field, centring.

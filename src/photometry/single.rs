@@ -1,10 +1,11 @@
 //! The flux of a single source: a ladder of apertures, the best of them, and the sum in it.
 
-use super::aperture::{self, Segment};
+use super::aperture;
 use super::field::{self, Track};
 use super::flag;
 use super::frame::Frame;
 use super::growth::Psf;
+use super::segment::Segment;
 
 /// Radii tried \[FWHM\].
 const LADDER: [f64; 12] = [1.1, 1.3, 1.5, 1.7, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0, 5.0, 6.0];

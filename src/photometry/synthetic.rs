@@ -1,8 +1,8 @@
 //! Frames drawn for the tests, by another road than the camera's: sub-sampled pixels, origin by origin.
 
-use super::aperture::Segment;
 use super::frame::Frame;
 use super::profile::Shape;
+use super::segment::Segment;
 use crate::astro::direction;
 use crate::astro::time::Instant;
 use crate::base::random::{Address, Stage};
