@@ -2,7 +2,7 @@
 
 use crate::base::ledger::Row;
 use crate::camera::expose;
-use crate::camera::psf::Region;
+use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
 use crate::io::header::Header;

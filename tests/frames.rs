@@ -1,6 +1,6 @@
 //! Frames are the same bytes for any number of threads, crop, subset, resumption or repetition.
 
-use nightglass::camera::psf::Region;
+use nightglass::camera::region::Region;
 use nightglass::scene::{Options, Scene, load};
 use nightglass::simulate::{Simulator, whole};
 use std::fs;

@@ -3,7 +3,7 @@
 use nightglass::base::units::{ARCSEC, ARCSEC_PER_RAD};
 use nightglass::camera::detector::{convert::Converter, read_noise, well};
 use nightglass::camera::expose;
-use nightglass::camera::psf::Region;
+use nightglass::camera::region::Region;
 use nightglass::camera::scenery::Scenery;
 use nightglass::light::throughput::Throughput;
 use nightglass::scene::{Options, Scene, load};

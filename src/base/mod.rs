@@ -4,6 +4,7 @@
 pub mod accuracy;
 pub mod constants;
 pub mod ledger;
+pub mod nodes;
 pub mod random;
 pub mod sample;
 pub mod table;

@@ -2,7 +2,7 @@
 
 use super::detector::convert::Converter;
 use super::detector::{read_noise, shot, well};
-use super::psf::Region;
+use super::region::Region;
 use super::scenery::Scenery;
 use crate::base::random::{Address, Stage};
 use crate::scene::Scene;

@@ -11,7 +11,10 @@
 
 pub mod detector;
 pub mod expose;
+pub mod path;
+pub mod profile;
 pub mod psf;
+pub mod region;
 pub mod scenery;
 pub mod scintillation;
 pub mod truth;

@@ -1,8 +1,5 @@
 //! The image of a point: a circular profile integrated over pixels, and its trail along a path.
 //!
-//! Gaussian: exp(-r^2 / 2 s^2) / (2 pi s^2), FWHM = 2.3548 s. Moffat 1969, A&A 3, 455:
-//! (beta - 1) / (pi a^2) (1 + r^2/a^2)^-beta, FWHM = 2 a (2^(1/beta) - 1)^(1/2). Both have unit sum over the plane.
-//!
 //! The response of a pixel at offset d, the profile integrated over the unit square about d, is tabulated on a
 //! grid finer than a pixel and interpolated by cubic (Lagrange) polynomials; all pixels of a stamp share their
 //! weights, so that a stamp costs 16 multiplications a pixel. A trail is the sum of stamps along the path with
@@ -10,137 +7,10 @@
 //!
 //! Valid for FWHM from 0.3 px; the share of light outside the stamp is told by [`Psf::lost`].
 
-use crate::scene;
+use super::path::Path;
+use super::profile::Profile;
+use super::region::Region;
 use glam::DVec2;
-use std::f64::consts::PI;
-
-/// A circular profile of unit sum.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Profile {
-    /// Gaussian of standard deviation \[px\].
-    Gaussian {
-        /// Standard deviation \[px\].
-        sigma: f64,
-    },
-    /// Moffat of core radius \[px\] and exponent.
-    Moffat {
-        /// Core radius a \[px\].
-        alpha: f64,
-        /// Exponent, above 1.
-        beta: f64,
-    },
-}
-
-impl Profile {
-    /// The profile of a telescope's `psf` with full width at half maximum `fwhm_px`.
-    pub fn of(telescope: &scene::Telescope, fwhm_px: f64) -> Self {
-        match telescope.psf {
-            scene::Psf::Gaussian => Self::Gaussian { sigma: fwhm_px / (8.0 * std::f64::consts::LN_2).sqrt() },
-            _ => {
-                let beta = telescope.moffat_beta;
-                Self::Moffat { alpha: 0.5 * fwhm_px / (libm::exp2(1.0 / beta) - 1.0).sqrt(), beta }
-            }
-        }
-    }
-
-    /// Surface density at radius squared `r2` \[1/px^2\].
-    pub fn density(&self, r2: f64) -> f64 {
-        match *self {
-            Self::Gaussian { sigma } => libm::exp(-0.5 * r2 / (sigma * sigma)) / (2.0 * PI * sigma * sigma),
-            Self::Moffat { alpha, beta } => {
-                (beta - 1.0) / (PI * alpha * alpha) * libm::pow(1.0 + r2 / (alpha * alpha), -beta)
-            }
-        }
-    }
-
-    /// The radius outside of which lies the share `outside` of the light \[px\].
-    pub fn radius(&self, outside: f64) -> f64 {
-        match *self {
-            Self::Gaussian { sigma } => sigma * (-2.0 * libm::log(outside)).sqrt(),
-            Self::Moffat { alpha, beta } => alpha * (libm::pow(outside, -1.0 / (beta - 1.0)) - 1.0).sqrt(),
-        }
-    }
-
-    fn fwhm(&self) -> f64 {
-        match *self {
-            Self::Gaussian { sigma } => sigma * (8.0 * std::f64::consts::LN_2).sqrt(),
-            Self::Moffat { alpha, beta } => 2.0 * alpha * (libm::exp2(1.0 / beta) - 1.0).sqrt(),
-        }
-    }
-}
-
-/// Where light moves while the shutter is open: a parabola through three points, at constant pace of time.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Path {
-    /// At opening \[px\].
-    pub start: DVec2,
-    /// At mid-exposure \[px\].
-    pub mid: DVec2,
-    /// At closing \[px\].
-    pub end: DVec2,
-}
-
-impl Path {
-    /// A point that stands still.
-    pub fn still(at: DVec2) -> Self {
-        Self { start: at, mid: at, end: at }
-    }
-
-    /// Place at a share `t` of the exposure, 0..1.
-    pub fn at(&self, t: f64) -> DVec2 {
-        let (a, b, c) = ((1.0 - t) * (1.0 - 2.0 * t), 4.0 * t * (1.0 - t), t * (2.0 * t - 1.0));
-        self.start * a + self.mid * b + self.end * c
-    }
-
-    /// Length of the two chords \[px\].
-    pub fn length(&self) -> f64 {
-        self.start.distance(self.mid) + self.mid.distance(self.end)
-    }
-
-    /// Corners of a box about the path.
-    pub fn bounds(&self) -> (DVec2, DVec2) {
-        // the parabola leaves the box of its three points by at most a quarter of its sagitta
-        let bulge = (self.start + self.end - 2.0 * self.mid).abs() * 0.25;
-        let low = self.start.min(self.mid).min(self.end) - bulge;
-        (low, self.start.max(self.mid).max(self.end) + bulge)
-    }
-}
-
-/// A rectangle of pixels of the whole frame.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Region {
-    /// First column.
-    pub x0: usize,
-    /// First row.
-    pub y0: usize,
-    /// Columns.
-    pub width: usize,
-    /// Rows.
-    pub height: usize,
-}
-
-impl Region {
-    /// The region within `margin` pixels of a place, cut to a frame of `size`; none if nothing is left.
-    pub fn around(at: DVec2, margin: f64, size: [usize; 2]) -> Option<Self> {
-        let cut = |centre: f64, size: usize| {
-            let low = (centre - margin).round().max(0.0);
-            let high = (centre + margin).round().min(size as f64 - 1.0);
-            (low <= high).then_some((low as usize, high as usize - low as usize + 1))
-        };
-        let ((x0, width), (y0, height)) = (cut(at.x, size[0])?, cut(at.y, size[1])?);
-        Some(Self { x0, y0, width, height })
-    }
-
-    /// Number of pixels.
-    pub fn len(&self) -> usize {
-        self.width * self.height
-    }
-
-    /// True if there is no pixel.
-    pub fn is_empty(&self) -> bool {
-        self.len() == 0
-    }
-}
 
 /// Gauss-Legendre nodes and weights on 0..1, four points (Abramowitz & Stegun 25.4.29).
 const GAUSS_4: [(f64, f64); 4] = [

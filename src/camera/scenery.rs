@@ -1,7 +1,10 @@
 //! What a frame would hold without noise: the mean electrons of every pixel, computed for any region.
 
 use super::detector::dark;
-use super::psf::{Path, Profile, Psf, Region};
+use super::path::Path;
+use super::profile::Profile;
+use super::psf::Psf;
+use super::region::Region;
 use super::scintillation;
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::random::{Address, Stage};

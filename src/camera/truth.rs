@@ -5,7 +5,7 @@
 //! B = sum 1/v, C = sum p/v over the stamp.
 
 use super::detector::convert::Converter;
-use super::psf::Region;
+use super::region::Region;
 use super::scenery::{PointSource, Scenery};
 use crate::astro::angles;
 use crate::base::table::{Table, Values};

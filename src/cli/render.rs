@@ -2,7 +2,7 @@
 
 use super::args::{Global, PartArgs, RenderArgs};
 use super::talk::{Failure, Talk, clock, load, print_json};
-use crate::camera::psf::Region;
+use crate::camera::region::Region;
 use crate::camera::truth;
 use crate::plan::table::table as plan_table;
 use crate::plan::view::View;

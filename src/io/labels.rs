@@ -9,7 +9,7 @@ use crate::base::ledger::Row;
 use crate::base::units::ARCSEC_PER_RAD;
 use crate::camera::detector::convert::Converter;
 use crate::camera::detector::dark;
-use crate::camera::psf::Region;
+use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::plan::view::View;
 use crate::plan::wcs::Wcs;

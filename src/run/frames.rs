@@ -3,7 +3,7 @@
 use super::{OutputDir, RunError};
 use crate::base::ledger::Ledger;
 use crate::camera::expose;
-use crate::camera::psf::Region;
+use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
 use crate::io::ecsv::to_ecsv;

@@ -8,6 +8,7 @@
 
 use super::{Context, Source, Toward};
 use crate::base::ledger::Verdict;
+use crate::base::nodes::bracket;
 use crate::base::units::flux_from_mag;
 use crate::scene::Table;
 use glam::DVec3;
@@ -76,12 +77,6 @@ impl Grid {
             / b.abs().clamp(FLATTEST_DEG, self.latitudes[0]).to_radians().sin();
         10f64.powf(log) * flat
     }
-}
-
-/// Index of the interval of ascending `nodes` that holds `x`, and the place in it, held inside 0..1.
-fn bracket(nodes: &[f64], x: f64) -> (usize, f64) {
-    let i = nodes.partition_point(|n| *n <= x).clamp(1, nodes.len() - 1) - 1;
-    (i, ((x - nodes[i]) / (nodes[i + 1] - nodes[i])).clamp(0.0, 1.0))
 }
 
 /// Galactic latitude and longitude \[deg\] of an ICRS direction (Hipparcos catalogue 1997, sect. 1.5.3).

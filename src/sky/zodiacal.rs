@@ -8,6 +8,7 @@
 use super::{Context, Source, Toward};
 use crate::astro::{angles, separation};
 use crate::base::ledger::{Verdict, Why};
+use crate::base::nodes::bracket;
 use crate::light::tables;
 use crate::light::throughput::RateAtAirmass;
 use glam::{DMat3, DVec3};
@@ -50,11 +51,6 @@ impl Grid {
             + weighted(fi * fj, log(1, 1));
         sum.exp() * 1e-8 * 1e-3
     }
-}
-
-fn bracket(nodes: &[f64], x: f64) -> (usize, f64) {
-    let i = nodes.partition_point(|n| *n <= x).clamp(1, nodes.len() - 1) - 1;
-    (i, ((x - nodes[i]) / (nodes[i + 1] - nodes[i])).clamp(0.0, 1.0))
 }
 
 /// Ecliptic longitude and latitude \[rad\] of an ICRS direction (J2000 ecliptic; the frame bias of 20 mas is left out).

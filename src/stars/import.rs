@@ -8,7 +8,9 @@
 //! share of all stars in 256 steps; the header card SWEEP10 counts the tenth stars, which are the last of that
 //! order. V = VT - 0.07 at mean colour.
 
-use super::catalogue::{CatalogueError, StarRecord, cell_of, encode};
+use super::catalogue::CatalogueError;
+use super::cells::cell_of;
+use super::encode::{StarRecord, encode};
 use crate::astro::angles;
 use fitsy::hdu::Hdu;
 use fitsy::{FitsError, FitsFile, header::Value};

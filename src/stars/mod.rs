@@ -1,4 +1,7 @@
 //! Stars: the catalogue, and which of its stars a frame can see.
 
 pub mod catalogue;
+pub mod cells;
+pub mod encode;
 pub mod import;
+pub mod layout;

@@ -6,7 +6,9 @@
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
 
 use crate::base::accuracy::AccuracyRow;
-use crate::camera::psf::{Path, Psf, Region};
+use crate::camera::path::Path;
+use crate::camera::psf::Psf;
+use crate::camera::region::Region;
 use crate::plan::view::View;
 use crate::simulate::Simulator;
 use crate::sky::{self, field::SkyField};

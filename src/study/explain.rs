@@ -1,7 +1,7 @@
 //! What is in a scene's frames, what is left out, which noise dominates, what a run costs.
 
 use crate::base::ledger::Ledger;
-use crate::camera::psf::Region;
+use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::plan::view::View;
 use crate::simulate::{SimulateError, Simulator, whole};
