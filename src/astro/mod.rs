@@ -17,9 +17,7 @@ use glam::{DMat3, DVec3};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
     /// The epoch lies outside the table of Earth orientation parameters.
-    #[error(
-        "epoch {utc} UTC lies outside the Earth orientation table, MJD {first}..{last} (1973-01-02 and later)"
-    )]
+    #[error("exposures.start: epoch {utc} UTC lies outside the Earth orientation table, {first} to {last}")]
     EpochOutsideTable {
         /// The epoch, ISO 8601.
         utc: String,
