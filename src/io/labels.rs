@@ -12,7 +12,7 @@ use crate::camera::detector::dark;
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::plan::view::View;
-use crate::plan::wcs::Wcs;
+use crate::plan::wcs::{SIP_TERMS, Wcs};
 use crate::scene::{At, Scene, Table};
 use std::f64::consts::PI;
 
@@ -155,9 +155,9 @@ fn world(header: &mut Header, wcs: &Wcs, region: &Region) {
     number(header, "CD2_2", wcs.cd.y_axis.y.to_degrees(), "[deg/pixel]");
     if let Some(sip) = wcs.sip {
         for (axis, terms) in [("A", sip.a), ("B", sip.b)] {
-            header.push(&format!("{axis}_ORDER"), 2i64, "quadratic distortion");
-            for (power, value) in ["2_0", "1_1", "0_2"].into_iter().zip(terms) {
-                number(header, &format!("{axis}_{power}"), value, "");
+            header.push(&format!("{axis}_ORDER"), 3i64, "differential refraction and aberration");
+            for ((i, j), value) in SIP_TERMS.into_iter().zip(terms) {
+                number(header, &format!("{axis}_{i}_{j}"), value, "");
             }
         }
     }

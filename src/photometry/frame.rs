@@ -1,7 +1,7 @@
 //! A frame ready to measure: pixels, and what its header says about them.
 //!
 //! Only what a real telescope writes is read (FITS Standard 4.0; world coordinates of Calabretta & Greisen
-//! 2002, A&A 395, 1077, with SIP terms of order 2): the simulation's own knowledge (MAGZERO, SKY*) is not.
+//! 2002, A&A 395, 1077, with SIP terms of orders 2 and 3): the simulation's own knowledge (MAGZERO, SKY*) is not.
 //! Essential are the world coordinates, the exposure time, the gain and a date; whatever else is missing is
 //! either estimated from the pixels (bias, read noise) or left out (scintillation).
 
@@ -10,7 +10,7 @@ use crate::astro::direction;
 use crate::astro::time::Instant;
 use crate::base::units::ARCSEC;
 use crate::io::image::{Image, Keywords};
-use crate::plan::wcs::{Sip, Wcs};
+use crate::plan::wcs::{SIP_TERMS, Sip, Wcs};
 use glam::{DMat2, DVec2, DVec3};
 
 /// What keeps a frame from being measured.
@@ -152,14 +152,18 @@ impl Reader<'_> {
             for i in 0..=9 {
                 for j in 0..=9 {
                     let keyword = format!("{axis}_{i}_{j}");
-                    let told = self.finite(&keyword).filter(|c| *c != 0.0 && i + j != 2);
+                    let told = self.finite(&keyword).filter(|c| *c != 0.0 && !SIP_TERMS.contains(&(i, j)));
                     if let Some(value) = told {
-                        return Err(self.refuse(&keyword, value, "only SIP terms of order 2 are understood"));
+                        return Err(self.refuse(
+                            &keyword,
+                            value,
+                            "only SIP terms of orders 2 and 3 are understood",
+                        ));
                     }
                 }
             }
         }
-        let terms = |axis: &str| ["2_0", "1_1", "0_2"].map(|n| self.finite(&format!("{axis}_{n}")).unwrap_or(0.0));
+        let terms = |axis: &str| SIP_TERMS.map(|(i, j)| self.finite(&format!("{axis}_{i}_{j}")).unwrap_or(0.0));
         Ok(Sip { a: terms("A"), b: terms("B") })
     }
 

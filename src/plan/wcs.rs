@@ -3,29 +3,34 @@
 //! Pixel centres lie at integers; (0, 0) is the centre of the first stored pixel, x along a row. World
 //! coordinates are the gnomonic (TAN) projection of Calabretta & Greisen 2002, A&A 395, 1077, with the linear
 //! part of everything that bends the field (scale, rotation, differential aberration and refraction) in the
-//! CD matrix, and the quadratic part as SIP polynomials (Shupe et al. 2005, ASP Conf. 347, 491) where it
-//! exceeds [`SIP_NEEDED_PX`] in a corner. The frame is drawn through this same mapping.
+//! CD matrix, and the quadratic and cubic parts as SIP polynomials (Shupe et al. 2005, ASP Conf. 347, 491)
+//! where they exceed [`SIP_NEEDED_PX`] in a corner. The frame is drawn through this same mapping.
 
 use crate::astro::{angles, direction};
 use glam::{DMat2, DVec2, DVec3};
 
-/// Distortion in a corner above which the quadratic terms are kept \[px\].
+/// Distortion in a corner above which polynomial terms are kept \[px\].
 pub const SIP_NEEDED_PX: f64 = 0.02;
 
-/// Quadratic distortion: added to the pixel offset (u, v) before the CD matrix; columns u^2, u v, v^2.
+/// Powers (of u, of v) of the distortion's terms, in the order of [`Sip`]'s coefficients.
+pub const SIP_TERMS: [(i32, i32); 7] = [(2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)];
+
+/// Distortion of second and third order: added to the pixel offset (u, v) before the CD matrix.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sip {
-    /// A_2_0, A_1_1, A_0_2 \[1/px\].
-    pub a: [f64; 3],
-    /// B_2_0, B_1_1, B_0_2 \[1/px\].
-    pub b: [f64; 3],
+    /// A_i_j of [`SIP_TERMS`] \[px^(1 - i - j)\].
+    pub a: [f64; 7],
+    /// B_i_j of [`SIP_TERMS`] \[px^(1 - i - j)\].
+    pub b: [f64; 7],
 }
 
 impl Sip {
     fn shift(&self, p: DVec2) -> DVec2 {
-        let powers = [p.x * p.x, p.x * p.y, p.y * p.y];
-        let sum = |c: &[f64; 3]| c[0] * powers[0] + c[1] * powers[1] + c[2] * powers[2];
-        DVec2::new(sum(&self.a), sum(&self.b))
+        let mut sum = DVec2::ZERO;
+        for (k, (i, j)) in SIP_TERMS.into_iter().enumerate() {
+            sum += DVec2::new(self.a[k], self.b[k]) * (p.x.powi(i) * p.y.powi(j));
+        }
+        sum
     }
 }
 
@@ -38,7 +43,7 @@ pub struct Wcs {
     pub crpix: DVec2,
     /// Pixel offset to intermediate world coordinates (xi east, eta north) \[rad/px\].
     pub cd: DMat2,
-    /// Quadratic distortion, if it matters.
+    /// Distortion of higher order, if it matters.
     pub sip: Option<Sip>,
 }
 
@@ -56,7 +61,7 @@ impl Wcs {
     }
 
     /// World coordinates of the exact map `sky` from pixel offsets about `crpix` to astrometric directions,
-    /// expanded to second order over offsets up to `half_size` \[px\].
+    /// expanded to third order over offsets up to `half_size` \[px\].
     pub fn from_map(crpix: DVec2, half_size: DVec2, sky: impl Fn(DVec2) -> DVec3) -> Self {
         let centre = sky(DVec2::ZERO).normalize();
         let (east, north) = east_north(centre);
@@ -66,14 +71,32 @@ impl Wcs {
         };
         let h = half_size * 0.5;
         let at = |x: f64, y: f64| plane(DVec2::new(x * h.x, y * h.y));
-        let dx = (at(1.0, 0.0) - at(-1.0, 0.0)) / (2.0 * h.x);
-        let dy = (at(0.0, 1.0) - at(0.0, -1.0)) / (2.0 * h.y);
-        let cd = DMat2::from_cols(dx, dy);
+        // differences over five points along the axes and the four between them, in steps of h
+        let d1 = |f: &dyn Fn(f64) -> DVec2| (8.0 * (f(1.0) - f(-1.0)) - (f(2.0) - f(-2.0))) / 12.0;
+        let d2 = |f: &dyn Fn(f64) -> DVec2| (16.0 * (f(1.0) + f(-1.0)) - (f(2.0) + f(-2.0))) / 12.0;
+        let d3 = |f: &dyn Fn(f64) -> DVec2| (f(2.0) - 2.0 * f(1.0) + 2.0 * f(-1.0) - f(-2.0)) / 2.0;
+        let (along_x, along_y) = (|x: f64| at(x, 0.0), |y: f64| at(0.0, y));
+        let (pp, pm, mp, mm) = (at(1.0, 1.0), at(1.0, -1.0), at(-1.0, 1.0), at(-1.0, -1.0));
+        let dxy = (pp - pm - mp + mm) / 4.0;
+        let dxxy = (pp - pm + mp - mm - 2.0 * (at(0.0, 1.0) - at(0.0, -1.0))) / 2.0;
+        let dxyy = (pp + pm - mp - mm - 2.0 * (at(1.0, 0.0) - at(-1.0, 0.0))) / 2.0;
+        let taylor = [
+            d2(&along_x) / 2.0,
+            dxy,
+            d2(&along_y) / 2.0,
+            d3(&along_x) / 6.0,
+            dxxy / 2.0,
+            dxyy / 2.0,
+            d3(&along_y) / 6.0,
+        ];
+        let cd = DMat2::from_cols(d1(&along_x) / h.x, d1(&along_y) / h.y);
         let to_pixels = cd.inverse();
-        let xx = to_pixels * (at(1.0, 0.0) + at(-1.0, 0.0)) / (2.0 * h.x * h.x);
-        let yy = to_pixels * (at(0.0, 1.0) + at(0.0, -1.0)) / (2.0 * h.y * h.y);
-        let xy = to_pixels * (at(1.0, 1.0) - at(1.0, -1.0) - at(-1.0, 1.0) + at(-1.0, -1.0)) / (4.0 * h.x * h.y);
-        let sip = Sip { a: [xx.x, xy.x, yy.x], b: [xx.y, xy.y, yy.y] };
+        let term = |k: usize| {
+            let (i, j) = SIP_TERMS[k];
+            to_pixels * taylor[k] / (h.x.powi(i) * h.y.powi(j))
+        };
+        let terms: [DVec2; 7] = std::array::from_fn(term);
+        let sip = Sip { a: terms.map(|t| t.x), b: terms.map(|t| t.y) };
         let corners = [(1.0, 1.0), (1.0, -1.0)].map(|(x, y)| sip.shift(half_size * DVec2::new(x, y)).length());
         let needed = corners.into_iter().fold(0.0, f64::max) > SIP_NEEDED_PX;
         Self { centre, crpix, cd, sip: needed.then_some(sip) }
@@ -135,7 +158,7 @@ mod tests {
     #[test]
     fn sky_and_pixel_are_inverse() {
         for wcs in [pixel_map(0.0), pixel_map(1e-7)] {
-            for p in [DVec2::ZERO, DVec2::new(4095.0, 17.25), DVec2::splat(2047.5), DVec2::new(-1e4, 3e4)] {
+            for p in [DVec2::ZERO, DVec2::new(4095.0, 17.25), DVec2::splat(2047.5), DVec2::new(-1e3, 5e3)] {
                 let back = wcs.pixel(wcs.sky(p)).expect("in front");
                 assert!((back - p).length() < 1e-6, "{p} {back}");
             }

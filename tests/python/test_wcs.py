@@ -118,3 +118,19 @@ def test_star_table_electrons_are_the_magnitudes(field):
     )
     # extinction differs across the field by a few mmag
     assert np.median(zero) == pytest.approx(header["MAGZERO"], abs=0.005)
+
+
+def test_low_elevation_needs_and_gets_distortion_terms(produce):
+    """10 deg above the horizon refraction bends a field of 0.8 deg by half a pixel: SIP tells of it."""
+    options = ["pointing.at=azel", "pointing.az_deg=137.0", "pointing.el_deg=10.0", "detector.size_px=4096"]
+    options += ["telescope.plate_scale_arcsec=0.725447016", "exposures.duration_s=0.1"]
+    text = sidereal_field().replace("ra_deg = 60.0\n", "").replace("dec_deg = 50.0", "")
+    out = produce("render", text, *[word for option in options for word in ("--set", option)])
+    header = fits.getheader(out / "frames" / "0000.fits")
+    stars = Table.read(out / "stars" / "stars_0000.ecsv", format="ascii.ecsv")
+    assert header["CTYPE1"] == "RA---TAN-SIP" and len(stars) >= 5
+    x, y = WCS(header).all_world2pix(stars["ra_deg"], stars["dec_deg"], 0)
+    off = np.hypot(x - stars["x_px"], y - stars["y_px"])
+    bend = np.hypot(*WCS(header).sip_pix2foc(np.array([[1.0, 1.0], [4096.0, 1.0]]), 1).T).max()
+    print(f"10 deg elevation: astropy against star table {off.max():.1e} px, corner {bend:.0f} px from centre")
+    assert off.max() < 1e-3
