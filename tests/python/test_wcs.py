@@ -131,6 +131,5 @@ def test_low_elevation_needs_and_gets_distortion_terms(produce):
     assert header["CTYPE1"] == "RA---TAN-SIP" and len(stars) >= 5
     x, y = WCS(header).all_world2pix(stars["ra_deg"], stars["dec_deg"], 0)
     off = np.hypot(x - stars["x_px"], y - stars["y_px"])
-    bend = np.hypot(*WCS(header).sip_pix2foc(np.array([[1.0, 1.0], [4096.0, 1.0]]), 1).T).max()
-    print(f"10 deg elevation: astropy against star table {off.max():.1e} px, corner {bend:.0f} px from centre")
+    print(f"10 deg elevation: astropy against star table {off.max():.1e} px")
     assert off.max() < 1e-3
