@@ -346,8 +346,8 @@ mod tests {
         odd.push("GAIN", -1.0, "");
         let told = frame(&odd).expect_err("no gain").to_string();
         assert!(told.contains("GAIN = -1: above 0 e/adu"), "{told}");
-        let mut cubic = header("");
-        cubic.push("B_0_3", 1e-9, "");
-        assert!(frame(&cubic).expect_err("cubic").to_string().contains("B_0_3"));
+        let mut quartic = header("");
+        quartic.push("B_0_4", 1e-12, "");
+        assert!(frame(&quartic).expect_err("fourth order").to_string().contains("B_0_4"));
     }
 }
