@@ -82,7 +82,12 @@ impl<'a> Simulator<'a> {
 
     /// The means of one exposure.
     pub fn scenery(&self, view: &View) -> Scenery {
-        Scenery::new(self.scene, view, &self.throughput, &self.catalogue)
+        self.timed_scenery(view, &|| 0.0)
+    }
+
+    /// The means of one exposure, with times in its ledger by a `clock` that gives seconds since some moment.
+    pub fn timed_scenery(&self, view: &View, clock: &dyn Fn() -> f64) -> Scenery {
+        Scenery::new(self.scene, view, &self.throughput, &self.catalogue, clock)
     }
 
     /// The pixels of `region` of one exposure: counted, read out, converted.

@@ -190,3 +190,44 @@ fn seeds_frames_and_stages_are_independent() {
     assert!(correlation(&first[1..], &first[..first.len() - 1]).abs() < allowed);
     assert!(correlation(&first[256..], &first[..first.len() - 256]).abs() < allowed);
 }
+
+/// A place fixed among the stars has one azimuth and elevation, whatever its range, and that of a star there.
+#[test]
+fn a_fixed_place_does_not_depend_on_its_range() {
+    let at = |range: &str| {
+        let orbit = format!("{{ ra_deg = 60.0, dec_deg = 10.0{range} }}");
+        let s = scene(&[("target.0.orbit.fixed", &orbit)]);
+        let simulator = Simulator::new(&s).expect("a simulator");
+        let view = simulator.planner.view(0).expect("geometry");
+        let seen = view.targets[0];
+        let star = view.observer.observed(seen.place.astrometric);
+        let (azimuth, elevation) = nightglass::astro::observer::azimuth_elevation(star);
+        // aberration of second order and light deflection: milliarcseconds
+        assert!((seen.apparent.elevation - elevation).abs() < 0.01 * ARCSEC);
+        assert!((seen.apparent.azimuth - azimuth).abs() * elevation.cos() < 0.01 * ARCSEC);
+        seen.apparent
+    };
+    let far = at("");
+    for range in [", range_km = 4e4", ", range_km = 1e9"] {
+        assert!((at(range).elevation - far.elevation).abs() < 1e-4 * ARCSEC);
+        assert!((at(range).azimuth - far.azimuth).abs() < 1e-4 * ARCSEC);
+    }
+}
+
+#[test]
+fn twilight_stays_finite_down_to_the_horizon() {
+    let at = |elevation: &str| {
+        mean(
+            &scenery(&scene(&[
+                ("pointing.at", "azel"),
+                ("pointing.az_deg", "250.0"),
+                ("pointing.el_deg", elevation),
+                ("exposures.track", "sidereal"),
+                ("exposures.start", "2018-01-20T01:10:00Z"),
+            ])),
+            "SKYTWIL",
+        )
+    };
+    let (high, low, horizon) = (at("30.0"), at("10.0"), at("1.0"));
+    assert!(high > 0.0 && low > high && horizon < 2.0 * low, "{high} {low} {horizon}");
+}

@@ -79,7 +79,7 @@ pub struct Row {
     pub bound: f64,
     /// Mean at the frame's centre, of stars and target over the frame, averaged over the frames \[e-/px\]; 0 if absent.
     pub mean_e_px: f64,
-    /// Time spent on it \[ms\], all frames together.
+    /// Time spent on it \[ms\], all frames together; NaN where it is not measured by itself.
     pub ms: f64,
     /// Memory of its representation \[bytes\].
     pub bytes: u64,
@@ -100,7 +100,8 @@ impl Row {
                 },
             ),
         };
-        Self { name: name.to_owned(), verdict: word, why, bound, mean_e_px: 0.0, ms: 0.0, bytes: 0 }
+        let ms = if verdict.is_needed() { f64::NAN } else { 0.0 };
+        Self { name: name.to_owned(), verdict: word, why, bound, mean_e_px: 0.0, ms, bytes: 0 }
     }
 
     /// True if the row is about something that takes part.
@@ -125,7 +126,13 @@ impl Ledger {
                 Some((known, count)) => {
                     let n = *count as f64;
                     known.mean_e_px = (known.mean_e_px * n + row.mean_e_px) / (n + 1.0);
-                    known.ms += row.ms;
+                    known.ms = if row.is_needed() == known.is_needed() {
+                        known.ms + row.ms
+                    } else if row.is_needed() {
+                        row.ms
+                    } else {
+                        known.ms
+                    };
                     known.bytes = known.bytes.max(row.bytes);
                     known.bound = if known.bound.is_nan() { row.bound } else { known.bound.max(row.bound) };
                     if row.is_needed() && !known.is_needed() {

@@ -5,7 +5,7 @@
 //! weights, so that a stamp costs 16 multiplications a pixel. A trail is the sum of stamps along the path with
 //! Gauss-Legendre weights. [`Psf::reference`] is the slow twin: direct quadrature of the profile.
 //!
-//! Valid for FWHM from 0.3 px; the share of light outside the stamp is told by [`Psf::lost`].
+//! Valid for FWHM from 0.7 px; the share of light outside the stamp is told by [`Psf::lost`].
 
 use super::path::Path;
 use super::profile::Profile;
@@ -116,7 +116,7 @@ impl Psf {
             return;
         }
         // 2^-40 of an exposure: even a path across the sky has arcs shorter than a pixel by then
-        if arc.length() > self.profile.fwhm() && to - from > 1e-12 {
+        if arc.length() > self.profile.fwhm().max(0.25) && to - from > 1e-12 {
             self.add_arc(path, [from, middle], electrons, region, out);
             self.add_arc(path, [middle, to], electrons, region, out);
             return;

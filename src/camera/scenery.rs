@@ -69,8 +69,14 @@ fn target_number(index: usize) -> u64 {
 }
 
 impl Scenery {
-    /// The scenery of one exposure.
-    pub fn new(scene: &Scene, view: &View, throughput: &Throughput, catalogue: &Catalogue) -> Self {
+    /// The scenery of one exposure. `clock` gives seconds since some moment; the ledger's times come from it.
+    pub fn new(
+        scene: &Scene,
+        view: &View,
+        throughput: &Throughput,
+        catalogue: &Catalogue,
+        clock: &dyn Fn() -> f64,
+    ) -> Self {
         let context = Context::new(scene, view, throughput, catalogue);
         let dark_e = dark::rate(&scene.detector) * view.exposure_s;
         let sources = sky::sources(&context);
@@ -79,14 +85,15 @@ impl Scenery {
         let total: f64 = sources.iter().map(|s| needed_mean(&**s)).sum::<f64>() + dark_e;
         let noise = (total + scene.detector.read_noise_e.powi(2)).sqrt();
         let (present, mut ledger) = sky::compose(&sources, &scene.sky, scene.accuracy.omit * noise);
-        let sky_field = SkyField::new(&context, &present, scene.accuracy.sky);
+        let sky_field = SkyField::new(&context, &present, scene.accuracy.sky, clock);
         let sky_means = present
             .iter()
             .map(|s| SkyMean { keyword: s.keyword(), mean_e_px: s.mean(&centre) })
             .collect::<Vec<_>>();
-        for source in &present {
+        for (source, seconds) in present.iter().zip(&sky_field.seconds) {
             if let Some(row) = ledger.iter_mut().find(|row| row.name == source.name()) {
                 row.mean_e_px = source.mean(&centre);
+                row.ms = seconds * 1e3;
                 row.bytes = sky_field.bytes() as u64;
             }
         }
@@ -94,9 +101,14 @@ impl Scenery {
         let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
         let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
         let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
+        let began = clock();
         let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
 
+        let psf_ms = (clock() - began) * 1e3;
+
+        let began = clock();
         let stars = stars(scene, view, catalogue, &context, psf.radius() as f64);
+        let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
         let mean_light =
             |list: &[PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene);
@@ -121,7 +133,7 @@ impl Scenery {
             Why::NotAsked
         };
         let mut drawn = Row::new("stars.drawn", &star_verdict, &format!("{} stars, {source}", stars.len()));
-        drawn.mean_e_px = mean_light(&stars);
+        (drawn.mean_e_px, drawn.ms) = (mean_light(&stars), stars_ms);
         ledger.push(drawn);
         ledger.push(Row::new("stars.synthetic", &Verdict::Absent(synthetic), ""));
         let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
@@ -136,7 +148,7 @@ impl Scenery {
         ));
         let mut psf_row =
             Row::new("optics.psf", &Verdict::Needed { bound: psf.lost() }, &psf_basis(scene, &psf, seeing_arcsec));
-        psf_row.bytes = psf.bytes() as u64;
+        (psf_row.bytes, psf_row.ms) = (psf.bytes() as u64, psf_ms);
         ledger.push(psf_row);
 
         let mut scenery = Self {
@@ -145,7 +157,7 @@ impl Scenery {
             targets,
             sky_means,
             dark_e,
-            solar_v_zero: context.solar_v_zero,
+            solar_v_zero: context.solar_v_zero.clone(),
             seeing_arcsec,
             ledger,
             sky: sky_field,
@@ -214,8 +226,8 @@ fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
     };
     let more =
         if psf.lost() > scene.accuracy.psf { ", more than accuracy.psf asks: the wings are too wide" } else { "" };
-    let narrow = if seeing_arcsec < 0.3 * scene.telescope.plate_scale_arcsec {
-        ", narrower than the 0.3 px it is exact for"
+    let narrow = if seeing_arcsec < 0.7 * scene.telescope.plate_scale_arcsec {
+        ", narrower than the 0.7 px it is exact for"
     } else {
         ""
     };

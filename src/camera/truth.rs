@@ -13,6 +13,9 @@ use crate::plan::view::View;
 use crate::scene::Scene;
 use glam::DVec2;
 
+/// Rows of a band in which a target's surroundings are summed.
+const BAND_ROWS: usize = 64;
+
 /// Truth of one target in one exposure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
@@ -58,7 +61,7 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
     let (low, high) = path.bounds();
     let margin = 0.5 * (high - low).max_element() + scenery.psf.radius().max(15) as f64;
     let size = scene.detector.size_px;
-    let region = Region::around((low + high) / 2.0, margin, size).filter(|r| r.len() < 4_000_000);
+    let region = Region::around((low + high) / 2.0, margin, size);
     let detector = &scene.detector;
     let full = Converter::of(detector).saturation_e(detector.full_well_e);
     let mut truth = Truth {
@@ -76,31 +79,34 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         saturated: false,
     };
     let Some(region) = region else { return truth };
-    let (mut share, mut background) = (vec![0.0; region.len()], vec![0.0; region.len()]);
-    scenery.psf.add(&path, 1.0, &region, &mut share);
-    scenery.mean_without(&region, index, &mut background);
     let floor = detector.read_noise_e.powi(2) + detector.gain_e_per_adu.powi(2) / 12.0;
+    let place = (path.mid.x.round(), path.mid.y.round());
     let (mut a, mut b, mut c) = (0.0, 0.0, 0.0);
-    for (p, rest) in share.iter().zip(&background) {
-        let mean = p * target.electrons + rest;
-        let variance = mean + floor;
-        a += p * p / variance;
-        b += 1.0 / variance;
-        c += p / variance;
-        truth.saturated |= mean >= full;
+    for first in (0..region.height).step_by(BAND_ROWS) {
+        let height = BAND_ROWS.min(region.height - first);
+        let band = Region { y0: region.y0 + first, height, ..region };
+        let (mut share, mut background) = (vec![0.0; band.len()], vec![0.0; band.len()]);
+        scenery.psf.add(&path, 1.0, &band, &mut share);
+        scenery.mean_without(&band, index, &mut background);
+        for (i, (p, rest)) in share.iter().zip(&background).enumerate() {
+            let mean = p * target.electrons + rest;
+            let variance = mean + floor;
+            a += p * p / variance;
+            b += 1.0 / variance;
+            c += p / variance;
+            truth.saturated |= mean >= full;
+            if place == ((band.x0 + i % band.width) as f64, (band.y0 + i / band.width) as f64) {
+                truth.background_e_px = *rest;
+            }
+        }
     }
     let information = a - c * c / b;
     if scenery.sky_is_unknown() {
-        truth.snr = f64::NAN;
+        (truth.snr, truth.background_e_px) = (f64::NAN, f64::NAN);
         return truth;
     }
     if information > 0.0 {
         truth.snr = target.electrons * information.sqrt();
-    }
-    let (x, y) = (path.mid.x.round(), path.mid.y.round());
-    let inside = |v: f64, first: usize, count: usize| v >= first as f64 && v < (first + count) as f64;
-    if inside(x, region.x0, region.width) && inside(y, region.y0, region.height) {
-        truth.background_e_px = background[(y as usize - region.y0) * region.width + x as usize - region.x0];
     }
     truth
 }

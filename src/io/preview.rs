@@ -19,11 +19,12 @@ const STRETCH: f32 = 20.0;
 /// Whatever the encoder says.
 pub fn png(width: usize, height: usize, adu: &[u16]) -> io::Result<Vec<u8>> {
     let bin = width.max(height).div_ceil(LARGEST).max(1);
-    let (columns, rows) = (width / bin, height / bin);
+    let (columns, rows) = (width.div_ceil(bin), height.div_ceil(bin));
     let mean = |x: usize, y: usize| {
-        let sum =
-            (0..bin * bin).map(|k| u32::from(adu[(y * bin + k / bin) * width + x * bin + k % bin])).sum::<u32>();
-        sum as f32 / (bin * bin) as f32
+        let (right, top) = (((x + 1) * bin).min(width), ((y + 1) * bin).min(height));
+        let pixels = (y * bin..top).flat_map(|j| adu[j * width + x * bin..j * width + right].iter());
+        let (sum, count) = pixels.fold((0u32, 0u32), |(sum, count), v| (sum + u32::from(*v), count + 1));
+        sum as f32 / count.max(1) as f32
     };
     let binned = (0..rows).rev().flat_map(|y| (0..columns).map(move |x| mean(x, y))).collect::<Vec<_>>();
     let (low, high) = limits(&binned);
@@ -55,7 +56,7 @@ mod tests {
 
     #[test]
     fn pictures_are_png_of_at_most_1024_pixels() {
-        for (width, height) in [(1, 1), (30, 20), (2500, 3)] {
+        for (width, height) in [(1, 1), (30, 20), (2500, 3), (4096, 2), (1, 5000)] {
             let bytes = png(width, height, &vec![1000; width * height]).expect("encodes");
             assert_eq!(&bytes[1..4], b"PNG");
             let side = u32::from_be_bytes([bytes[16], bytes[17], bytes[18], bytes[19]]);

@@ -61,10 +61,8 @@ impl Motion {
     pub fn place_from(&self, observer: &Observer, t: &Instant) -> Result<Place, Error> {
         match self {
             Self::Fixed(astrometric, range) => {
-                // the geocentric light time undoes the Earth's motion over the range
-                let geocentric = range.map_or(*astrometric, |r| {
-                    (*astrometric * r + observer.earth.velocity * (r / LIGHT_M_S)).normalize()
-                });
+                // the geocentric light time undoes the Earth's motion during it, whatever the range
+                let geocentric = (*astrometric + observer.earth.velocity / LIGHT_M_S).normalize();
                 let position = range.map(|r| observer.gcrs + geocentric * r);
                 Ok(Place { astrometric: *astrometric, geocentric, range_m: range.unwrap_or(f64::NAN), position })
             }

@@ -80,9 +80,7 @@ pub fn render(simulator: &Simulator, views: &[View], dir: &OutputDir, job: &Job)
         if !asked && !there {
             continue;
         }
-        let began = (job.clock)();
-        let mut scenery = simulator.scenery(view);
-        let prepared = (job.clock)();
+        let mut scenery = simulator.timed_scenery(view, job.clock);
         let region = match (asked, there) {
             // a frame of another shard: taken as it is
             (false, _) => match stored_as(dir, view.frame) {
@@ -103,15 +101,19 @@ pub fn render(simulator: &Simulator, views: &[View], dir: &OutputDir, job: &Job)
             });
         }
         if asked {
-            write_companions(simulator, view, &scenery, &region, dir)?;
+            write_companions(simulator, view, &scenery, &region, kept, dir)?;
         }
+        let began = (job.clock)();
         let done = if kept || !asked {
             Done::Kept(view.frame)
         } else {
             write_frame(simulator, view, &scenery, &region, dir)?;
             Done::Written(view.frame)
         };
-        note_times(&mut scenery, (prepared - began) * 1e3, ((job.clock)() - prepared) * 1e3);
+        if let Some(row) = scenery.ledger.iter_mut().find(|row| row.name == "detector.shot") {
+            // means, draw, the detector's other steps and the file together
+            row.ms = ((job.clock)() - began) * 1e3;
+        }
         rendered.truth.extend(truth::of(simulator.scene, view, &scenery, &region));
         rendered.ledger.fold(&scenery.ledger);
         rendered.frames.push(view.frame);
@@ -159,12 +161,14 @@ fn is_whole(dir: &OutputDir, number: usize, scene_sha: &str) -> bool {
     of_scene && std::fs::read(&path).is_ok_and(|bytes| checksum::ones_complement_sum(&bytes, 0) == u32::MAX)
 }
 
-/// Write the planes and star table of a frame that are asked for and not there yet.
+/// Write the planes, star table and preview of a frame that are asked for; beside a frame that is `kept` only those that
+/// are not there yet.
 fn write_companions(
     simulator: &Simulator,
     view: &View,
     scenery: &Scenery,
     region: &Region,
+    kept: bool,
     dir: &OutputDir,
 ) -> Result<(), RunError> {
     let output = &simulator.scene.output;
@@ -173,7 +177,7 @@ fn write_companions(
     for (name, unit) in [("mean", "electron"), ("variance", "electron2")] {
         if output.planes.iter().any(|plane| plane == name) {
             let path = dir.numbered("planes", &format!("{name}_"), number, "fits")?;
-            if !path.exists() {
+            if !(kept && path.exists()) {
                 planes.push((name, unit, path));
             }
         }
@@ -187,7 +191,7 @@ fn write_companions(
             fits::write(&path, region.width, region.height, fits::Pixels::F32(plane), &header)?;
         }
     }
-    if output.format.iter().any(|format| format == "png") && dir.frame(number).exists() {
+    if output.format.iter().any(|format| format == "png") && kept {
         let path = dir.numbered("previews", "", number, "png")?;
         if !path.exists() {
             let image = image::Image::read(&dir.frame(number))?;
@@ -197,7 +201,7 @@ fn write_companions(
     }
     if output.star_table {
         let path = dir.numbered("stars", "stars_", number, "ecsv")?;
-        if !path.exists() {
+        if !(kept && path.exists()) {
             let table = truth::star_table(number, &scenery.stars, region);
             atomic::write(&path, to_ecsv(&table).as_bytes())?;
         }
@@ -222,21 +226,4 @@ fn write_frame(
     let header = labels::frame(&simulator.labelled(view, scenery, region));
     fits::write(&dir.frame(view.frame), width, height, fits::Pixels::U16(&adu), &header)?;
     Ok(())
-}
-
-/// Enter the times \[ms\] of preparing and exposing a frame into its ledger.
-fn note_times(scenery: &mut Scenery, prepare_ms: f64, expose_ms: f64) {
-    let rows = &mut scenery.ledger;
-    let prepared = rows.iter().filter(|r| r.is_needed() && is_prepared(&r.name)).count().max(1) as f64;
-    for row in rows.iter_mut().filter(|r| r.is_needed()) {
-        if is_prepared(&row.name) {
-            row.ms = prepare_ms / prepared;
-        } else if row.name == "detector.shot" {
-            row.ms = expose_ms;
-        }
-    }
-}
-
-fn is_prepared(name: &str) -> bool {
-    name.starts_with("sky.") || name == "optics.psf" || name == "stars.drawn"
 }

@@ -79,6 +79,9 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     Ok(LightCurve { measurements, table })
 }
 
+/// A frame belongs to an exposure of the scene if their middles differ by less than this \[s\].
+const SAME_TIME_S: f64 = 0.5;
+
 type Row = (Measurement, Option<Geometry>);
 
 fn measure_frame(frame: &Frame, job: &Job, planner: Option<&Planner>) -> Result<Vec<Row>, RunError> {
@@ -114,7 +117,15 @@ fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View
     let first = crate::astro::time::Instant::new(exposures.start).plus(0.5 * exposures.duration_s);
     let number = (frame.time.since(&first) / exposures.cadence_s.max(1e-9)).round().max(0.0);
     let number = (number as usize).min(exposures.count.saturating_sub(1));
-    Ok(planner.view(number).map_err(SimulateError::from)?)
+    let view = planner.view(number).map_err(SimulateError::from)?;
+    if view.mid.since(&frame.time).abs() > SAME_TIME_S {
+        return Err(RunError::Usage(format!(
+            "the frame of {} UTC is none of the scene's exposures; the nearest is that of {} UTC",
+            frame.time.iso_utc(),
+            view.mid.iso_utc()
+        )));
+    }
+    Ok(view)
 }
 
 /// Catalogue stars that can be on the frame.

@@ -39,7 +39,7 @@ pub(super) static KEYS: &[Key] = &[
     key("station.artificial_zenith_mcd_m2", Real(0.0, 1e6), "mcd/m^2", Is("0.0"), "zenith luminance, artificial part alone; 0 = none"),
     key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve"),
     key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),
-    key("station.scintillation", Flag, "", Is("true"), "log-normal, Young/Osborn; left out where negligible"),
+    key("station.scintillation", Flag, "", Is("true"), "log-normal, one factor an object and frame (Young 1967)"),
 
     table("telescope", Section, "the optics"),
     key("telescope.aperture_m", Above(0.0, 100.0), "m", Must("0.3556"), "diameter"),
@@ -80,7 +80,7 @@ pub(super) static KEYS: &[Key] = &[
     key("detector.nonlinearity", Real(-1.0, 1.0), "", Is("0.0"), "at full well, share").later(),
     key("detector.overscan_px", Int(0, 4096), "px", Is("0"), "overscan columns").later(),
     key("detector.shutter_s", Real(0.0, 60.0), "s", Is("0.0"), "travel time of the shutter; 0 = ideal").later(),
-    key("detector.pattern_seed", Int(0, i64::MAX), "", Is("1"), "of the chip's fixed patterns; a chip keeps it from night to night"),
+    key("detector.pattern_seed", Int(0, i64::MAX), "", Is("1"), "of the chip's fixed patterns; a chip keeps it from night to night").later(),
 
     table("pointing", Section, "where the frame's centre is at every mid-exposure"),
     key("pointing.at", Word(&["target", "radec", "azel"], &[]), "", From("\"target\"", "\"target\" where there is one"), "what is pointed at"),
@@ -175,8 +175,8 @@ pub(super) static KEYS: &[Key] = &[
     table("stars", Section, "stars drawn one by one"),
     key("stars.enabled", Flag, "", Is("true"), "false: none are drawn"),
     key("stars.catalog", WordOrFile(&["tycho2", "none"], &[], "a file made by `catalog import`", true), "", Is("\"tycho2\""), "catalogue"),
-    key("stars.synthetic", Flag, "", Is("true"), "fill beyond the catalogue from counts"),
-    key("stars.limit_mag_v", WordOrReal(&["auto"], &[], -30.0, 60.0), "mag", Is("\"auto\""), "drawn down to here; \"auto\" follows accuracy.omit"),
+    key("stars.synthetic", Flag, "", Is("true"), "fill beyond the catalogue from counts; in this version that light is in sky.starlight"),
+    key("stars.limit_mag_v", WordOrReal(&["auto"], &[], -30.0, 60.0), "mag", Is("\"auto\""), "drawn down to here; \"auto\": all of the catalogue"),
     key("stars.random_count", Int(0, COUNT), "", Is("0"), "benchmark fields: so many stars at random places instead of catalog and synthetic"),
     key("stars.random_mag_v", Reals(2, -30.0, 60.0), "mag", Is("[8.0, 17.0]"), "brightest, faintest; dN/dm ~ 10^(0.35 m)"),
     key("stars.random_seed", Int(0, i64::MAX), "", Is("1"), "of the random stars"),
@@ -194,14 +194,14 @@ pub(super) static KEYS: &[Key] = &[
     key("inversion.brdf", WordOrTable(&["as-target", "fit"], "target[].material"), "", Is("\"as-target\""), "or a table as [target.material]"),
     key("inversion.attitude", WordOrTable(&["as-target", "scan-pole"], "target[].attitude"), "", Is("\"as-target\""), "or a table as [target.attitude]"),
     key("inversion.truth", Path, "", Optional("\"shapes/boxwing.obj\""), "only compared with"),
-    key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs"),
+    key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs").later(),
 
     table("accuracy", Section, "tolerances; every one has a measured default"),
     key("accuracy.omit", Real(0.0, 1.0), "", Is("0.01"), "a source below this share of a pixel's noise is left out"),
     key("accuracy.brightness", Above(0.0, 1.0), "", Is("1e-4"), "relative, shape and time integration together").later(),
     key("accuracy.sky", Above(0.0, 1.0), "", Is("1e-3"), "relative, of the field's representation"),
     key("accuracy.psf", Above(0.0, 0.5), "", Is("1e-4"), "share of flux outside the drawn stamp"),
-    key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "error of a trail's path"),
+    key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "error of a trail's path").later(),
     key("accuracy.position_mas", Above(0.0, 1e6), "mas", Is("1.0"), "error of a computed place").later(),
 
     table("output", Section, "what is written; changes no pixel and not SCENESHA"),
@@ -211,7 +211,7 @@ pub(super) static KEYS: &[Key] = &[
     key("output.crop", Crop, "px", Is("\"none\""), "the part of each frame that is written"),
     key("output.crop_px", Int(1, 65_536), "px", Is("256"), "side, with crop = \"target\""),
     key("output.full_every", Int(0, COUNT), "", Is("0"), "with crops: every n-th frame whole; 0 = none").later(),
-    key("output.report", Flag, "", Is("true"), "whether report.html is written"),
+    key("output.report", Flag, "", Is("true"), "whether report.html is written; not in this version"),
 ];
 
 /// The keys of one table, in order.

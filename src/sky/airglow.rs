@@ -36,8 +36,7 @@ impl<'a> Airglow<'a> {
     pub fn new(context: &'a Context<'a>) -> Self {
         // the table is per metre of wavelength; spectra are per nanometre
         let spectrum = tables::airglow().scaled(1e-9);
-        let centre = van_rhijn(std::f64::consts::FRAC_PI_2 - context.view.centre.elevation);
-        Self { context, rate: context.throughput.rate_near(&spectrum, effective_airmass(centre)) }
+        Self { context, rate: context.throughput.rate(&spectrum) }
     }
 
     fn electrons(&self, zenith_distance: f64) -> f64 {

@@ -17,17 +17,22 @@ pub struct SkyField {
     size: DVec2,
     /// Largest relative error found at the midpoints of the cells.
     pub error: f64,
+    /// Time spent on each source \[s\], by the clock handed in.
+    pub seconds: Vec<f64>,
 }
 
 impl SkyField {
-    /// The sum of `sources` over the frame, to a relative error of `tolerance`.
-    pub fn new(context: &Context, sources: &[&dyn Source], tolerance: f64) -> Self {
+    /// The sum of `sources` over the frame, to a relative error of `tolerance`. `clock` gives seconds since some moment.
+    pub fn new(context: &Context, sources: &[&dyn Source], tolerance: f64, clock: &dyn Fn() -> f64) -> Self {
         let [width, height] = context.scene.detector.size_px.map(|n| n as f64);
         let size = DVec2::new(width, height);
+        let mut seconds = vec![0.0; sources.len()];
         let mut cells = 2;
         loop {
-            let field = Self::with_cells(context, sources, size, cells);
+            let mut field = Self::with_cells(context, sources, size, cells, clock);
+            seconds.iter_mut().zip(&field.seconds).for_each(|(all, level)| *all += level);
             if field.error <= tolerance || cells >= MOST_CELLS {
+                field.seconds = seconds;
                 return field;
             }
             cells *= 2;
@@ -35,17 +40,31 @@ impl SkyField {
     }
 
     /// The field on a grid of `cells` by `cells`, its error measured at the midpoints.
-    pub fn with_cells(context: &Context, sources: &[&dyn Source], size: DVec2, cells: usize) -> Self {
-        let evaluate = |x: f64, y: f64| Self::reference(context, sources, DVec2::new(x, y) * (size - 1.0));
-        let share = |i: usize, shift: f64| (i as f64 + shift) / cells as f64;
+    pub fn with_cells(
+        context: &Context,
+        sources: &[&dyn Source],
+        size: DVec2,
+        cells: usize,
+        clock: &dyn Fn() -> f64,
+    ) -> Self {
+        let place = |i: usize, j: usize, shift: f64| {
+            (DVec2::new(i as f64, j as f64) + shift) / cells as f64 * (size - 1.0)
+        };
         let grid = |count: usize| (0..count).flat_map(move |j| (0..count).map(move |i| (i, j)));
-        let nodes = grid(cells + 1).map(|(i, j)| evaluate(share(i, 0.0), share(j, 0.0))).collect();
-        let mut field = Self { nodes, cells, size, error: 0.0 };
-        for (i, j) in grid(cells) {
-            let (x, y) = (share(i, 0.5), share(j, 0.5));
-            let exact = evaluate(x, y);
-            let error = (field.at(DVec2::new(x, y) * (size - 1.0)) - exact).abs() / exact.max(1e-12);
-            field.error = field.error.max(error);
+        let pixels = grid(cells + 1).map(|(i, j)| place(i, j, 0.0));
+        let pixels = pixels.chain(grid(cells).map(|(i, j)| place(i, j, 0.5))).collect::<Vec<_>>();
+        let toward = pixels.iter().map(|p| context.toward(*p)).collect::<Vec<_>>();
+        let mut values = vec![0.0; pixels.len()];
+        let mut seconds = Vec::with_capacity(sources.len());
+        for source in sources {
+            let began = clock();
+            values.iter_mut().zip(&toward).for_each(|(value, t)| *value += source.mean(t));
+            seconds.push(clock() - began);
+        }
+        let midpoints = values.split_off((cells + 1) * (cells + 1));
+        let mut field = Self { nodes: values, cells, size, error: 0.0, seconds };
+        for (pixel, exact) in pixels[field.nodes.len()..].iter().zip(midpoints) {
+            field.error = field.error.max((field.at(*pixel) - exact).abs() / exact.max(1e-12));
         }
         field
     }

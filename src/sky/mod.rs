@@ -73,7 +73,7 @@ impl<'a> Context<'a> {
             view,
             throughput,
             catalogue,
-            solar_v_zero: throughput.rate_near(&solar, view.airmass),
+            solar_v_zero: throughput.rate(&solar),
             solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
             pixel_sr: pixel_rad * pixel_rad,
         }

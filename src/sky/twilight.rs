@@ -5,13 +5,13 @@
 //! radiance less Patat's own night of V 21.61 mag/arcsec^2 (Patat 2003, A&A 400, 1183). The parabola's difference turns
 //! negative near 106 deg, so from 104 deg on the excess goes to zero at 107 deg as a cubic with the same value and
 //! slope (C1). Direction: 10^(0.2977 (X - 1)), times 10^(0.3164 cos dAz (X - 1)) within 90 deg of the Sun's azimuth
-//! (Yoachim et al. 2016, Proc. SPIE 9910, band G). Solar colour, measured at the ground. A Sun higher than 5 deg
+//! (Yoachim et al. 2016, Proc. SPIE 9910, band G). Both are fits at
+//! moderate airmasses: beyond X = 2.5 (23 deg elevation) their value there is held. Solar colour, measured at the ground. A Sun higher than 5 deg
 //! below the horizon is outside the model. Uncertainty: 0.2 mag at the zenith.
 
 use super::{Context, Source, Toward};
 use crate::base::ledger::{Verdict, Why};
 use crate::base::units::flux_from_mag;
-use std::f64::consts::FRAC_PI_2;
 
 const COEFFICIENTS: [f64; 3] = [11.84, 1.518, -0.057];
 const NIGHT_MAG: f64 = 21.61;
@@ -22,6 +22,9 @@ const BLEND_DEG: [f64; 2] = [104.0, 107.0];
 /// Yoachim et al. 2016, band G: dex per airmass, and towards the Sun.
 const PER_AIRMASS_DEX: f64 = 0.297_733;
 const TOWARD_SUN_DEX: f64 = 0.316_403;
+
+/// The fit to the sky's direction is not carried beyond this airmass; nearer to the horizon its value is held.
+const LONGEST_PATH: f64 = 2.5;
 
 /// Twilight of a frame.
 pub struct Twilight<'a> {
@@ -67,7 +70,7 @@ impl<'a> Twilight<'a> {
     }
 
     fn electrons(&self, azimuth: f64, airmass: f64) -> f64 {
-        let path = (airmass - 1.0).max(0.0);
+        let path = (airmass.min(LONGEST_PATH) - 1.0).max(0.0);
         let toward_sun = (azimuth - self.context.view.sun.horizontal.azimuth).cos().max(0.0);
         self.zenith_electrons * 10f64.powf(path * (PER_AIRMASS_DEX + TOWARD_SUN_DEX * toward_sun))
     }
@@ -98,12 +101,13 @@ impl Source for Twilight<'_> {
             return Verdict::Absent(Why::NotVisible(format!("Sun {below:.1} deg below the horizon")));
         }
         let centre = self.context.view.centre;
-        // within a field of some degrees the path towards the horizon changes by less than this factor
-        Verdict::Needed { bound: 1.5 * self.electrons(centre.azimuth, self.context.view.airmass) }
+        // 1.5 airmasses change the sky by less than a factor of 10: the corners of a wide field
+        let bound = 10f64.powf(PER_AIRMASS_DEX + TOWARD_SUN_DEX)
+            * self.electrons(centre.azimuth, self.context.view.airmass);
+        Verdict::Needed { bound }
     }
 
     fn mean(&self, toward: &Toward) -> f64 {
-        debug_assert!(toward.zenith_distance < FRAC_PI_2 + 0.2);
         self.electrons(toward.azimuth, toward.airmass)
     }
 }

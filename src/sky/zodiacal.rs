@@ -83,7 +83,7 @@ impl<'a> Zodiacal<'a> {
         Self {
             context,
             grid: Grid::built_in(),
-            rate: context.throughput.rate_near(&reddened, context.view.airmass),
+            rate: context.throughput.rate(&reddened),
             sun_longitude: ecliptic(sun).0,
         }
     }

@@ -339,7 +339,7 @@ mod tests {
         assert!(empty.is_empty() && empty.cone(DVec3::X, PI, 99.0).is_empty());
     }
 
-    /// Hipparcos places of bright stars (ESA 1997), epoch J2000 to 1.2 arcsec; V to 0.1 mag of VT - 0.07.
+    /// Hipparcos places of bright stars (ESA 1997), epoch J2000 to 1.2 arcsec; V to 0.25 mag of VT - 0.07.
     #[test]
     fn bright_stars_of_the_built_in_catalogue_are_where_they_should_be() {
         let catalogue = Catalogue::built_in();

@@ -61,11 +61,11 @@ fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<
         .map(|k| DVec2::new(share(k % SAMPLES) * width, share(k / SAMPLES) * height))
         .collect::<Vec<_>>();
     let exact = pixels.iter().map(|p| SkyField::reference(&context, &present, *p)).collect::<Vec<_>>();
-    let default = SkyField::new(&context, &present, simulator.scene.accuracy.sky).bytes();
+    let default = SkyField::new(&context, &present, simulator.scene.accuracy.sky, clock).bytes();
     [2, 4, 8, 16, 32]
         .map(|cells| {
             let began = clock();
-            let field = SkyField::with_cells(&context, &present, size, cells);
+            let field = SkyField::with_cells(&context, &present, size, cells, clock);
             let took = clock() - began;
             let errors = pixels.iter().zip(&exact).map(|(p, e)| field.at(*p) / e - 1.0).collect::<Vec<_>>();
             let setting = format!("{cells} x {cells} cells");

@@ -39,12 +39,10 @@ pub fn explain(simulator: &Simulator, clock: &dyn Fn() -> f64) -> Result<Explana
             continue;
         }
         let began = clock();
-        let mut scenery = simulator.scenery(&view);
+        let scenery = simulator.timed_scenery(&view, clock);
         let took = clock() - began;
         prepare_s += took;
         frames += 1;
-        let prepared = scenery.ledger.iter().filter(|r| r.is_needed()).count().max(1) as f64;
-        scenery.ledger.iter_mut().filter(|r| r.is_needed()).for_each(|r| r.ms = took * 1e3 / prepared);
         ledger.fold(&scenery.ledger);
         for (name, variance) in variances(simulator, &scenery) {
             match noise.iter_mut().find(|(known, _)| *known == name) {

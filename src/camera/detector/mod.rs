@@ -26,7 +26,11 @@ pub fn assess(scene: &Scene, exposure_s: f64, peak_e: f64) -> Vec<Row> {
     let mut dark = Row::new("detector.dark", &asked(dark_e), "Poisson, doubling with temperature");
     dark.mean_e_px = dark_e;
     let mut rows = vec![
-        Row::new("detector.shot", &needed(peak_e), "one exact Poisson draw of the summed mean"),
+        Row::new(
+            "detector.shot",
+            &needed(peak_e),
+            "one exact Poisson draw of the summed mean (its time holds all steps of the detector)",
+        ),
         dark,
         Row::new("detector.full_well", &full_well, "clipped; the excess is lost"),
         Row::new("detector.read_noise", &asked(d.read_noise_e), "Gaussian, one draw a pixel"),
