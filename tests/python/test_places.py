@@ -10,7 +10,7 @@ from places_reference import Station, orientation, row, satellite, separation_ar
 from scenes import GOES_14, ISS, MOLNIYA_3_50, scene, target
 from support import assert_units
 
-PLACE_ARCSEC = 0.1
+PLACE_ARCSEC = 0.02
 REFRACTION_FROM_DEG = 3.0  # lower, SOFA's refraction formula holds no more
 UNITS = {
     "ra_deg": "deg",
@@ -126,7 +126,7 @@ def test_phase_angle(plan):
 
 @pytest.mark.parametrize(
     "column, limit_deg",
-    [("sun_el_deg", 0.01), ("moon_el_deg", 0.01), ("moon_sep_deg", 0.02), ("moon_phase_deg", 0.02)],
+    [("sun_el_deg", 1e-4), ("moon_el_deg", 1e-4), ("moon_sep_deg", 5e-4), ("moon_phase_deg", 5e-4)],
 )
 def test_sun_and_moon(plan, column, limit_deg):
     name, table, ref, _ = plan
