@@ -121,10 +121,27 @@ fn the_output_of_another_scene_is_not_overwritten() {
 
     fs::create_dir(dir.join("mine")).expect("made");
     fs::write(dir.join("mine/thesis.tex"), "precious").expect("written");
+    fs::create_dir(dir.join("mine/frames")).expect("made");
+    fs::write(dir.join("mine/frames/real.fits"), "observed").expect("written");
     let refused = nightglass(dir, &["render", "pogs-geo", "-o", "mine", "--frames", "0..1"]);
     assert_eq!(refused.status.code(), Some(2));
     done(dir, &["render", "pogs-geo", "-o", "mine", "--frames", "0..1", "--force"]);
     assert_eq!(fs::read_to_string(dir.join("mine/thesis.tex")).expect("still there"), "precious");
+    assert_eq!(fs::read_to_string(dir.join("mine/frames/real.fits")).expect("still there"), "observed");
+}
+
+#[test]
+fn a_scene_with_a_file_is_run_anew_over_its_own_output() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path();
+    fs::write(dir.join("flat.csv"), "nm,qe\n350,0.5\n1000,0.5\n").expect("written");
+    let qe = format!("detector.qe={}", dir.join("flat.csv").display());
+    done(dir, &["render", "pogs-geo", "-o", "out", "--frames", "0", "--set", &qe]);
+    let before = frames(&dir.join("out"));
+    let mut command = assert_cmd::Command::cargo_bin("nightglass").expect("the program");
+    command.current_dir(dir).args(["render", "out/scene.toml", "-o", "out", "--frames", "0", "--force"]);
+    command.assert().success();
+    assert_eq!(frames(&dir.join("out")), before);
 }
 
 #[test]

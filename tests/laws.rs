@@ -95,7 +95,7 @@ fn no_star_counts_twice() {
         drawn / pixels + mean(&scenery, "SKYSTAR")
     };
     let (shallow, deep) = (total("10.0"), total("30.0"));
-    assert!((deep / shallow - 1.0).abs() < 0.5, "{deep} e-/px against {shallow} e-/px");
+    assert!((deep / shallow - 1.0).abs() < 0.3, "{deep} e-/px against {shallow} e-/px");
 }
 
 #[test]

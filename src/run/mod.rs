@@ -49,18 +49,19 @@ pub struct OutputDir {
 
 impl OutputDir {
     /// Make `path` ready for `scene`: create it, or take up an earlier run of the same scene (same SCENESHA) whose
-    /// finished frames are kept. Anything else is refused unless `force`, which removes what a run writes.
+    /// finished frames are kept. Anything else is refused unless `force`, which removes what an earlier run wrote
+    /// here; in a directory that no run wrote to it removes nothing and replaces only files of the same name.
     ///
     /// # Errors
     /// [`RunError::Occupied`], or whatever the file system says.
     pub fn prepare(path: &Path, scene: &Scene, force: bool) -> Result<Self, RunError> {
         let dir = Self { path: path.to_owned() };
         if path.is_file() {
-            return Err(RunError::Occupied {
-                dir: path.display().to_string(),
-                what: "a file, no directory".into(),
-            });
+            return Err(RunError::Usage(format!("{} is a file, no directory", path.display())));
         }
+        // read before anything is removed: a scene may be run anew from its own output
+        let inputs =
+            scene.inputs().iter().map(|i| Ok((&i.name, fs::read(&i.path)?))).collect::<io::Result<Vec<_>>>()?;
         let empty = fs::read_dir(path).map_or(true, |mut entries| entries.next().is_none());
         if !empty {
             let same = dir.scene_sha().is_some_and(|sha| sha == scene.sha256());
@@ -68,16 +69,14 @@ impl OutputDir {
                 let what = if dir.scene_file().exists() { "the output of another scene" } else { "other files" };
                 return Err(RunError::Occupied { dir: path.display().to_string(), what: what.into() });
             }
-            if force {
+            if force && dir.scene_file().exists() {
                 dir.clear()?;
             }
         }
         atomic::create_dir(&dir.frames())?;
-        let inputs = dir.path.join("inputs");
-        for input in scene.inputs() {
-            atomic::create_dir(&inputs)?;
-            let bytes = fs::read(&input.path)?;
-            atomic::write(&inputs.join(&input.name), &bytes)?;
+        for (name, bytes) in inputs {
+            atomic::create_dir(&dir.file("inputs"))?;
+            atomic::write(&dir.file("inputs").join(name), &bytes)?;
         }
         atomic::write(&dir.scene_file(), scene.to_toml().as_bytes())?;
         Ok(dir)

@@ -17,7 +17,7 @@ pub fn assess(scene: &Scene, exposure_s: f64, peak_e: f64) -> Vec<Row> {
     let dark_e = dark::rate(d) * exposure_s;
     let full_well = if peak_e + 10.0 * peak_e.sqrt() + 10.0 < d.full_well_e {
         Verdict::Absent(Why::NotVisible(format!(
-            "brightest mean {peak_e:.0} e-/px, full well {} e-",
+            "brightest mean at most {peak_e:.0} e-/px, full well {} e-",
             d.full_well_e
         )))
     } else {
