@@ -4,8 +4,10 @@
 //! up along the geodetic zenith). Positions are metres, angles radians, times [`time::Instant`].
 
 pub mod bodies;
+pub mod daily;
 pub mod earth;
 pub mod eop;
+pub mod geodetic;
 pub mod observer;
 pub mod orbit;
 pub mod shadow;
@@ -16,8 +18,18 @@ use glam::{DMat3, DVec3};
 /// What can go wrong in this room.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// The epoch lies outside the table of Earth orientation parameters.
-    #[error("exposures.start: epoch {utc} UTC lies outside the Earth orientation table, {first} to {last}")]
+    /// A text is no epoch.
+    #[error("epoch {text:?}: {reason}")]
+    Epoch {
+        /// The text.
+        text: String,
+        /// What is wrong with it.
+        reason: String,
+    },
+    /// The epoch lies before the table of Earth orientation parameters.
+    #[error(
+        "epoch {utc} UTC lies before {first}: the Earth's orientation is known from then to {last}, and extrapolated after"
+    )]
     EpochOutsideTable {
         /// The epoch, ISO 8601.
         utc: String,

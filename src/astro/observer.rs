@@ -6,7 +6,8 @@
 //! SOFA's `atioq` does. Light deflection by the Sun (below 5 mas beyond 90 deg from it) is left out.
 
 use super::bodies::EarthState;
-use super::earth::{Orientation, itrf_from_geodetic};
+use super::earth::Orientation;
+use super::geodetic::Geodetic;
 use super::{Error, time::Instant};
 use crate::base::constants::{EARTH_RATE_RAD_S, LIGHT_M_S};
 use crate::base::units::wrap_two_pi;
@@ -51,7 +52,7 @@ impl Site {
             (0.0, 0.0)
         };
         Self {
-            itrf: itrf_from_geodetic(longitude, latitude, height_m),
+            itrf: Geodetic { longitude, latitude, height_m }.itrf(),
             itrf_to_enu: DMat3::from_cols(east, north, up).transpose(),
             refraction: [a, b],
         }

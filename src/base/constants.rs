@@ -18,6 +18,18 @@ pub const EARTH_RATE_RAD_S: f64 = 7.292_115_146_706_979e-5;
 /// Equatorial radius of the Earth \[m\]. WGS 84 (NIMA TR8350.2).
 pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
 
+/// Flattening of the Earth. WGS 84 (NIMA TR8350.2).
+pub const EARTH_FLATTENING: f64 = 1.0 / 298.257_223_563;
+
+/// Gravitational parameter of the Earth \[m^3/s^2\]. EGM2008; IERS Conventions 2010, table 1.1.
+pub const EARTH_GM: f64 = 3.986_004_418e14;
+
+/// Gravitational parameter of the Sun \[m^3/s^2\]. IAU 2015 Resolution B3, nominal.
+pub const SUN_GM: f64 = 1.327_124_4e20;
+
+/// Gravitational parameter of the Moon \[m^3/s^2\]. IERS Conventions 2010, table 1.1: 0.0123000371 of the Earth's.
+pub const MOON_GM: f64 = 0.012_300_037_1 * EARTH_GM;
+
 /// Radius of the Sun's photosphere \[m\]. IAU 2015 Resolution B3, nominal.
 pub const SUN_RADIUS_M: f64 = 6.957e8;
 
