@@ -5,7 +5,8 @@
 
 Without an argument the table inside the package astropy-iers-data is read. In: the
 fixed-width IERS format (readme.finals2000A). Out: one line a day as catalogs/README.md lays
-it down. Only Bulletin A is carried over; a day without UT1-UTC ends the table; celestial-pole
+it down: the final values of Bulletin B where the table has them, else Bulletin A with its
+predictions, as astropy takes them. A day without UT1-UTC ends the table; celestial-pole
 offsets that are not predicted any more become 0.000. Run `sha256sum` afterwards and renew
 catalogs/checksums.sha256.
 """
@@ -14,6 +15,9 @@ import sys
 from pathlib import Path
 
 FIRST_MJD = 41684  # 1973-01-02
+# columns of xp, yp, UT1-UTC, dX, dY
+BULLETIN_A = ((18, 27), (37, 46), (58, 68), (97, 106), (116, 125))
+BULLETIN_B = ((134, 144), (144, 154), (154, 165), (165, 175), (175, 185))
 
 
 def rows(text):
@@ -23,8 +27,11 @@ def rows(text):
             break
         mjd = float(line[7:15])
         assert mjd == int(mjd), line
-        offsets = [float(line[a:b].strip() or 0) for a, b in ((97, 106), (116, 125))]
-        yield int(mjd), float(line[18:27]), float(line[37:46]), float(line[58:68]), *offsets
+        values = [float(line[a:b].strip() or 0) for a, b in BULLETIN_A]
+        final = [line[a:b].strip() for a, b in BULLETIN_B]
+        if all(final):
+            values = [float(value) for value in final]
+        yield int(mjd), *values
 
 
 def main():

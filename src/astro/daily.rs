@@ -27,7 +27,9 @@ impl Series {
         let angle = |j: usize| PI * (j as f64 + 0.5) / nodes as f64;
         let at = |j: usize| {
             let half = 0.5 * DAY_NS as f64;
-            Instant::from_tai_ns(day.saturating_mul(DAY_NS).saturating_add((half * (1.0 + angle(j).cos())).round() as i64))
+            Instant::from_tai_ns(
+                day.saturating_mul(DAY_NS).saturating_add((half * (1.0 + angle(j).cos())).round() as i64),
+            )
         };
         let values = (0..nodes).map(|j| function(&at(j))).collect::<Vec<_>>();
         let coefficient = |k: usize| {

@@ -129,7 +129,8 @@ mod tests {
         for k in 0..400 {
             let t = start.plus(f64::from(k) * 3.1e6 + 1234.5);
             let (fast, slow) = (Orientation::at(&t).expect("known"), Orientation::reference(&t).expect("known"));
-            let off = (fast.gcrs_to_itrf - slow.gcrs_to_itrf).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
+            let off =
+                (fast.gcrs_to_itrf - slow.gcrs_to_itrf).to_cols_array().iter().fold(0.0f64, |m, x| m.max(x.abs()));
             assert!(off < 1e-6 * ARCSEC, "{}: {:e} arcsec", t.iso_utc(), off / ARCSEC);
         }
     }

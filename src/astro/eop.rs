@@ -10,10 +10,7 @@
 //! offsets are 0. What that may be wrong by was measured on the table itself ([`Eop::ut1_bound_s`]). Before the table
 //! nothing is known.
 
-use super::{
-    Error,
-    time::{Instant, Scale},
-};
+use super::{Error, time::Instant};
 use crate::base::units::ARCSEC;
 
 const TABLE: &str = include_str!("../../catalogs/eop/finals2000A.txt");
@@ -85,7 +82,7 @@ pub fn span() -> (i64, i64) {
 
 fn tabulated(mjd: i64, first: i64) -> Option<Row> {
     let [_, xp, yp, ut1_minus_utc, dx, dy] = line(usize::try_from(mjd - first).ok()?)?;
-    let midnight = Instant::from_reading(mjd, 0, Scale::Utc).ok()?;
+    let midnight = Instant::from_utc_reading(mjd, 0);
     let eop = Eop {
         xp: xp * ARCSEC,
         yp: yp * ARCSEC,
@@ -99,7 +96,7 @@ fn tabulated(mjd: i64, first: i64) -> Option<Row> {
 
 /// The parameters `days` after the table's last day.
 fn predicted(last_mjd: i64, first: i64, days: i64) -> Option<Row> {
-    let midnight = Instant::from_reading(last_mjd + days, 0, Scale::Utc).ok()?;
+    let midnight = Instant::from_utc_reading(last_mjd + days, 0);
     let (last, before) = (tabulated(last_mjd, first)?.eop, tabulated(last_mjd - RATE_DAYS as i64, first)?.eop);
     let days = days as f64;
     let rate = (last.ut1_minus_tai - before.ut1_minus_tai) / RATE_DAYS as f64;
@@ -132,14 +129,13 @@ impl DayOfEop {
     pub fn of(t: &Instant) -> Result<Self, Error> {
         let (first, last) = span();
         let outside = || {
-            let date = |mjd: i64| {
-                Instant::from_reading(mjd, 0, Scale::Utc).map_or_else(|_| String::new(), |t| t.iso_utc()[..10].to_owned())
-            };
+            let date = |mjd: i64| Instant::from_utc_reading(mjd, 0).iso_utc()[..10].to_owned();
             Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first + 1), last: date(last) }
         };
-        let mjd = t.reading(Scale::Tai)?.mjd;
+        let mjd = t.shifted(0).mjd;
         let row = |mjd: i64| {
-            if mjd <= last { tabulated(mjd, first) } else { predicted(last, first, mjd - last) }.ok_or_else(outside)
+            if mjd <= last { tabulated(mjd, first) } else { predicted(last, first, mjd - last) }
+                .ok_or_else(outside)
         };
         Ok(Self([row(mjd - 1)?, row(mjd)?, row(mjd + 1)?]))
     }
@@ -205,10 +201,13 @@ mod tests {
 
     #[test]
     fn nothing_jumps_at_the_end_of_the_table() {
-        let end = Instant::from_reading(span().1, 0, Scale::Utc).expect("a day");
-        let values = (-20..20).map(|k| at(&end.plus(f64::from(k) * 0.25 * 86_400.0)).expect("known")).collect::<Vec<_>>();
+        let end = Instant::from_utc_reading(span().1, 0);
+        let values =
+            (-20..20).map(|k| at(&end.plus(f64::from(k) * 0.25 * 86_400.0)).expect("known")).collect::<Vec<_>>();
         for pair in values.windows(2) {
-            assert!((pair[1].xp - pair[0].xp).abs() < 2e-3 * ARCSEC && (pair[1].yp - pair[0].yp).abs() < 2e-3 * ARCSEC);
+            assert!(
+                (pair[1].xp - pair[0].xp).abs() < 2e-3 * ARCSEC && (pair[1].yp - pair[0].yp).abs() < 2e-3 * ARCSEC
+            );
             assert!((pair[1].ut1_minus_tai - pair[0].ut1_minus_tai).abs() < 1e-3);
         }
     }
@@ -223,7 +222,8 @@ mod tests {
         for horizon in [10, 30, 100, 365, 1500, 7300] {
             for start in (RATE_DAYS..days - horizon).step_by(53) {
                 let rate = (rows[start].ut1_minus_tai - rows[start - RATE_DAYS].ut1_minus_tai) / RATE_DAYS as f64;
-                let error = rows[start + horizon].ut1_minus_tai - rows[start].ut1_minus_tai - rate * horizon as f64;
+                let error =
+                    rows[start + horizon].ut1_minus_tai - rows[start].ut1_minus_tai - rate * horizon as f64;
                 reached = reached.max(error.abs() / (UT1_BOUND_S_PER_DAY * horizon as f64));
             }
         }

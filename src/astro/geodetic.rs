@@ -107,7 +107,7 @@ mod tests {
         }
     }
 
-    /// SOFA's own inversion (Fukushima 2006) where it holds.
+    /// SOFA's own inversion (Fukushima 2006), whose one step leaves 2e-11 rad at 20,000 km.
     #[test]
     fn agrees_with_sofa() {
         for height_m in [-1000.0, 0.0, 9000.0, 2e7, 4.2e7] {
@@ -116,8 +116,8 @@ mod tests {
                 let (longitude, latitude, height) = sofars::coords::gc2gd(1, xyz.to_array()).expect("WGS 84");
                 let own = Geodetic::of(xyz);
                 assert!((own.longitude - longitude).abs() < 1e-15, "{own:?}");
-                assert!((own.latitude - latitude).abs() < 1e-12, "{own:?} {latitude}");
-                assert!((own.height_m - height).abs() < 1e-8, "{height_m} {k}");
+                assert!((own.latitude - latitude).abs() < 3e-11, "{own:?} {latitude}");
+                assert!((own.height_m - height).abs() < 5e-8, "{height_m} {k}");
             }
         }
     }

@@ -3,15 +3,21 @@
 //! Frames: GCRS (geocentric, axes of the ICRS), ITRF (fixed in the crust), TEME (of SGP4), ENU (east, north,
 //! up along the geodetic zenith). Positions are metres, angles radians, times [`time::Instant`].
 
+pub mod attitude;
 pub mod bodies;
 pub mod daily;
 pub mod earth;
 pub mod eop;
 pub mod geodetic;
+pub mod moon;
 pub mod observer;
 pub mod orbit;
+pub mod rotation;
+pub mod scales;
 pub mod shadow;
+pub mod star;
 pub mod time;
+pub mod tumble;
 
 use glam::{DMat3, DVec3};
 
@@ -38,12 +44,18 @@ pub enum Error {
         /// Last day of the table, ISO 8601.
         last: String,
     },
-    /// The two lines of an element set cannot be used.
-    #[error("element set of {name}: {reason}")]
+    /// Elements, a state or an ephemeris cannot be used.
+    #[error("elements of {name}: {reason}")]
     Elements {
         /// Name of the object.
         name: String,
         /// What is wrong with it.
+        reason: String,
+    },
+    /// An attitude is not known or cannot be.
+    #[error("attitude: {reason}")]
+    Attitude {
+        /// What is wrong.
         reason: String,
     },
     /// The orbit cannot be propagated to the epoch.
@@ -53,7 +65,7 @@ pub enum Error {
         name: String,
         /// The epoch, ISO 8601.
         utc: String,
-        /// What SGP4 says.
+        /// Why.
         reason: String,
     },
 }

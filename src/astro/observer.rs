@@ -3,7 +3,10 @@
 //! Aberration: the relativistic form of SOFA's `ab` (Explanatory Supplement 2013, eq. 7.38), with the
 //! velocity of the observer in the barycentric frame (stars) or the geocentric one (satellites, Moon).
 //! Refraction: A tan z + B tan^3 z with SOFA's `refco` constants at 0.55 um, damped below 3 deg elevation as
-//! SOFA's `atioq` does. Light deflection by the Sun (below 5 mas beyond 90 deg from it) is left out.
+//! SOFA's `atioq` does. Light deflection by the Sun (4 mas at 90 deg from it) belongs to the apparent place of a star
+//! ([`super::star`]) and is left out of the map between a frame's pixels and astrometric places.
+//!
+//! Nothing but [`Site`] assumes the ground: an [`Observer`] is a position, a velocity and local axes.
 
 use super::bodies::EarthState;
 use super::earth::Orientation;
@@ -68,11 +71,29 @@ pub struct Observer {
     pub velocity: DVec3,
     /// The Earth in the barycentric frame.
     pub earth: EarthState,
-    gcrs_to_enu: DMat3,
+    /// The Earth's axis (z of the ITRF), GCRS.
+    pub pole: DVec3,
+    gcrs_to_local: DMat3,
     refraction: [f64; 2],
 }
 
 impl Observer {
+    /// An observer in space, at a position \[m\] with a velocity \[m/s\] (GCRS): no horizon and no air. The local axes
+    /// are those of the GCRS.
+    ///
+    /// # Errors
+    /// [`Error::EpochOutsideTable`] where the Earth's orientation is unknown.
+    pub fn in_space(gcrs: DVec3, velocity: DVec3, t: &Instant) -> Result<Self, Error> {
+        Ok(Self {
+            gcrs,
+            velocity,
+            earth: EarthState::at(t),
+            pole: Orientation::at(t)?.gcrs_to_itrf.row(2),
+            gcrs_to_local: DMat3::IDENTITY,
+            refraction: [0.0, 0.0],
+        })
+    }
+
     /// The observer at `site` at `t`.
     ///
     /// # Errors
@@ -85,40 +106,42 @@ impl Observer {
             gcrs: to_gcrs * site.itrf,
             velocity: to_gcrs * velocity,
             earth: EarthState::at(t),
-            gcrs_to_enu: site.itrf_to_enu * orientation.gcrs_to_itrf,
+            pole: orientation.gcrs_to_itrf.row(2),
+            gcrs_to_local: site.itrf_to_enu * orientation.gcrs_to_itrf,
             refraction: site.refraction,
         })
     }
 
     /// Observed direction (east, north, up; aberrated, refracted) of an astrometric ICRS direction.
     pub fn observed(&self, astrometric: DVec3) -> DVec3 {
-        self.refracted(self.gcrs_to_enu * aberrated(astrometric.normalize(), self.barycentric_velocity()))
+        self.refracted(self.gcrs_to_local * aberrated(astrometric.normalize(), self.barycentric_velocity()))
     }
 
     /// Astrometric ICRS direction of an observed one: the inverse of [`Self::observed`].
     pub fn astrometric(&self, observed: DVec3) -> DVec3 {
         let airless = self.unrefracted(observed.normalize());
-        let apparent = self.gcrs_to_enu.transpose() * airless;
+        let apparent = self.gcrs_to_local.transpose() * airless;
         unaberrated(apparent, self.barycentric_velocity())
     }
 
     /// Airless direction (east, north, up) of an astrometric direction, aberrated as a star's.
     pub fn airless(&self, astrometric: DVec3) -> DVec3 {
-        self.gcrs_to_enu * aberrated(astrometric.normalize(), self.barycentric_velocity())
+        self.gcrs_to_local * aberrated(astrometric.normalize(), self.barycentric_velocity())
     }
 
     /// Airless direction (east, north, up) of a vector in GCRS axes from the observer to a body that shares
     /// the Earth's motion (light time taken): only diurnal aberration is applied.
     pub fn airless_geocentric(&self, from_observer: DVec3) -> DVec3 {
-        self.gcrs_to_enu * aberrated(from_observer.normalize(), self.velocity)
+        self.gcrs_to_local * aberrated(from_observer.normalize(), self.velocity)
     }
 
     /// The zenith in ICRS axes.
     pub fn zenith(&self) -> DVec3 {
-        self.gcrs_to_enu.row(2)
+        self.gcrs_to_local.row(2)
     }
 
-    fn barycentric_velocity(&self) -> DVec3 {
+    /// Velocity in the barycentric frame \[m/s\].
+    pub fn barycentric_velocity(&self) -> DVec3 {
         self.earth.velocity + self.velocity
     }
 

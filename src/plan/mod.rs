@@ -1,6 +1,7 @@
 //! Planning: where the frame points, what its pixels see, and whether an exposure is worth taking.
 
 pub mod constraints;
+pub mod motion;
 pub mod place;
 pub mod planner;
 pub mod pointing;

@@ -5,43 +5,28 @@
 //! geocentre's frame it gives the direction in GCRS axes. The two differ by the Earth's motion during the light
 //! time, up to 20.6 arcsec. Neither contains aberration, which shifts stars and satellite alike.
 
+use crate::astro::attitude::Surroundings;
 use crate::astro::observer::{Observer, Site};
-use crate::astro::orbit::Satellite;
+use crate::astro::orbit::{Orbit, State};
 use crate::astro::time::Instant;
-use crate::astro::{Error, bodies, direction, separation, shadow};
-use crate::base::constants::LIGHT_M_S;
-use crate::scene::{Orbit, Target};
+use crate::astro::{Error, separation, shadow};
+use crate::base::constants::{DAY_S, LIGHT_M_S};
 use glam::DVec3;
 
 /// How an object moves.
 #[derive(Debug, Clone)]
 pub enum Motion {
     /// On an orbit.
-    Orbit(Box<Satellite>),
+    Orbit(Orbit),
     /// At an astrometric ICRS direction, at a range \[m\] if one is known.
     Fixed(DVec3, Option<f64>),
 }
 
 impl Motion {
-    /// The motion of a scene's target.
-    ///
-    /// # Errors
-    /// [`Error::Elements`] for element sets that SGP4 cannot use.
-    pub fn of(target: &Target) -> Result<Self, Error> {
-        Ok(match &target.orbit {
-            Orbit::Tle { line1, line2, .. } => {
-                Self::Orbit(Box::new(Satellite::from_tle(&target.name, line1, line2)?))
-            }
-            Orbit::Fixed { ra_deg, dec_deg, range_km } => {
-                Self::Fixed(direction(ra_deg.to_radians(), dec_deg.to_radians()), range_km.map(|km| km * 1e3))
-            }
-        })
-    }
-
     /// Age of the orbital elements at `t` \[days\], if there are any.
     pub fn element_age_days(&self, t: &Instant) -> Option<f64> {
         match self {
-            Self::Orbit(satellite) => Some(t.since(&satellite.epoch()) / crate::base::constants::DAY_S),
+            Self::Orbit(orbit) => Some(t.since(&orbit.epoch()?) / DAY_S),
             Self::Fixed(..) => None,
         }
     }
@@ -63,24 +48,26 @@ impl Motion {
             Self::Fixed(astrometric, range) => {
                 // the geocentric light time undoes the Earth's motion during it, whatever the range
                 let geocentric = (*astrometric + observer.earth.velocity / LIGHT_M_S).normalize();
-                let position = range.map(|r| observer.gcrs + geocentric * r);
-                Ok(Place { astrometric: *astrometric, geocentric, range_m: range.unwrap_or(f64::NAN), position })
+                let state =
+                    range.map(|r| State { position: observer.gcrs + geocentric * r, velocity: DVec3::NAN });
+                Ok(Place { astrometric: *astrometric, geocentric, range_m: range.unwrap_or(f64::NAN), state })
             }
-            Self::Orbit(satellite) => {
-                let mut light_time = 0.13;
-                let mut position = DVec3::ZERO;
-                // each step gains five digits: the object moves below 1e-4 of the light path
-                for _ in 0..3 {
-                    position = satellite.gcrs(&t.plus(-light_time))?;
-                    light_time = (position - observer.gcrs).length() / LIGHT_M_S;
-                }
-                let from_observer = position - observer.gcrs;
-                let barycentric = from_observer - observer.earth.velocity * light_time;
+            Self::Orbit(orbit) => {
+                let now = orbit.gcrs(t)?;
+                let first = (now.position - observer.gcrs).length() / LIGHT_M_S;
+                let then = orbit.gcrs(&t.plus(-first))?;
+                // one step of Newton's with the velocity leaves a nanometre
+                let away = then.position - observer.gcrs;
+                let closing = then.velocity.dot(away.normalize()) / LIGHT_M_S;
+                let more = (away.length() / LIGHT_M_S - first) / (1.0 + closing);
+                let state = State { position: then.position - then.velocity * more, velocity: then.velocity };
+                let from_observer = state.position - observer.gcrs;
+                let barycentric = from_observer - observer.earth.velocity * (first + more);
                 Ok(Place {
                     astrometric: barycentric.normalize(),
                     geocentric: from_observer.normalize(),
                     range_m: from_observer.length(),
-                    position: Some(position),
+                    state: Some(state),
                 })
             }
         }
@@ -96,14 +83,14 @@ pub struct Place {
     pub geocentric: DVec3,
     /// Distance the light has come \[m\]; NaN if unknown.
     pub range_m: f64,
-    /// GCRS position when the light left \[m\], if known.
-    pub position: Option<DVec3>,
+    /// GCRS position and velocity when the light left, if known.
+    pub state: Option<State>,
 }
 
 /// Directions of light at a target.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Illumination {
-    /// Share of the Sun's disc seen from the target, 0..1; 1 if the target's distance is unknown.
+    /// Share of the Sun's light that reaches the target, 0..1; 1 if the target's distance is unknown.
     pub sunlit: f64,
     /// Angle Sun - target - observer \[rad\]; from the directions alone if the distance is unknown.
     pub phase: f64,
@@ -114,11 +101,13 @@ pub struct Illumination {
 }
 
 impl Place {
-    /// How the target is lit at `t`, seen by `observer`.
-    pub fn illumination(&self, observer: &Observer, t: &Instant) -> Illumination {
-        let sun = bodies::EarthState::at(t).to_sun;
-        let (to_sun, to_observer, sunlit) = match self.position {
-            Some(position) => (sun - position, observer.gcrs - position, shadow::sunlit(position, sun)),
+    /// How the target is lit, seen by `observer`.
+    pub fn illumination(&self, observer: &Observer) -> Illumination {
+        let sun = observer.earth.to_sun;
+        let (to_sun, to_observer, sunlit) = match self.state {
+            Some(State { position, .. }) => {
+                (sun - position, observer.gcrs - position, shadow::sunlit(position, sun, observer.pole))
+            }
             None => (sun, -self.geocentric, 1.0),
         };
         Illumination {
@@ -126,6 +115,17 @@ impl Place {
             phase: separation(to_sun, to_observer),
             to_sun: to_sun.normalize(),
             to_observer: to_observer.normalize(),
+        }
+    }
+
+    /// What the target may point at; NaN where it is not known.
+    pub fn surroundings(&self, light: &Illumination) -> Surroundings {
+        let along = |f: fn(&State) -> DVec3| self.state.map_or(DVec3::NAN, |s| f(&s).normalize());
+        Surroundings {
+            earth: along(|s| -s.position),
+            sun: light.to_sun,
+            velocity: along(|s| s.velocity),
+            observer: light.to_observer,
         }
     }
 }

@@ -2,6 +2,7 @@
 
 use super::PlanError;
 use super::constraints;
+use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
 use super::view::{Body, Horizontal, Moon, Observability, TargetView, View};
@@ -40,7 +41,10 @@ impl<'a> Planner<'a> {
         let s = &scene.station;
         let air = Air { pressure_hpa: s.pressure_hpa, temperature_c: s.temperature_c, humidity: s.humidity };
         let site = Site::new(s.longitude_deg.to_radians(), s.latitude_deg.to_radians(), s.height_m, &air);
-        let motions = scene.target.iter().map(Motion::of).collect::<Result<Vec<_>, _>>()?;
+        let first = Instant::new(scene.exposures.start);
+        let lasting = scene.exposures.cadence_s * scene.exposures.count as f64;
+        let need = Need { first, last: first.plus(lasting), position_mas: scene.accuracy.position_mas };
+        let motions = scene.target.iter().map(|t| motion::motion(t, &need)).collect::<Result<Vec<_>, _>>()?;
         let mount = Mount::of(scene, &motions)?;
         Ok(Self { scene, site, motions, mount })
     }
@@ -112,11 +116,13 @@ impl<'a> Planner<'a> {
         [start, mid, end]: [&Instant; 3],
     ) -> Result<TargetView, astro::Error> {
         let place = motion.place_from(observer, mid)?;
-        let light = place.illumination(observer, mid);
+        let light = place.illumination(observer);
         let at = |t: &Instant| motion.place(&self.site, t);
         let (first, last) = (at(start)?, at(end)?);
-        let sunlit = |place: &Place, t: &Instant| place.illumination(observer, t).sunlit;
-        let three = [sunlit(&first, start), light.sunlit, sunlit(&last, end)];
+        let sunlit = |place: &Place, t: &Instant| -> Result<f64, astro::Error> {
+            Ok(place.illumination(&Observer::at(&self.site, t)?).sunlit)
+        };
+        let three = [sunlit(&first, start)?, light.sunlit, sunlit(&last, end)?];
         let sunlit_mean = if three[0] == three[1] && three[1] == three[2] {
             three[1]
         } else {
@@ -125,7 +131,7 @@ impl<'a> Planner<'a> {
             let mut sum = 0.0;
             for k in 0..SHADOW_STEPS {
                 let t = start.plus((k as f64 + 0.5) * step);
-                sum += sunlit(&at(&t)?, &t);
+                sum += sunlit(&at(&t)?, &t)?;
             }
             sum / SHADOW_STEPS as f64
         };

@@ -132,15 +132,11 @@ impl<'a> Checker<'a> {
         place: &Place,
         full: &str,
     ) -> Option<toml::Value> {
-        if let Some((selector, value)) = key.when
-            && self.selected(key.parent(), selector, all).is_none_or(|found| found != value)
+        if let Some((selector, _)) = key.when
+            && !key.applies(self.selected(key.parent(), selector, all).as_deref())
         {
-            if let Some(node) = node {
-                self.fault(
-                    full,
-                    &node.place,
-                    format!("{full} = {}: only with {selector} = \"{value}\"", show(&node.value)),
-                );
+            if let (Some(node), Some(condition)) = (node, key.condition()) {
+                self.fault(full, &node.place, format!("{full} = {}: only with {condition}", show(&node.value)));
             }
             return None;
         }
@@ -247,6 +243,11 @@ impl<'a> Checker<'a> {
                 Some(toml::Value::Float(pressure_pa / 100.0))
             }
             "pointing.at" => has_target.then(|| "target".into()),
+            "target[].attitude.epoch" => {
+                let start = self.root.towards("exposures.start");
+                let key = KEYS.iter().find(|key| key.path == "exposures.start")?;
+                Reader::default().value(key, start, "").ok()
+            }
             "exposures.cadence_s" => number("duration_s").map(toml::Value::Float),
             "exposures.track" => Some(if has_target { "target" } else { "sidereal" }.into()),
             _ => None,

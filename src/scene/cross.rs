@@ -4,6 +4,10 @@ use toml::{Table, Value};
 
 use super::fault::Fault;
 use super::tree::{Node, has_targets, show};
+use crate::astro::separation;
+use crate::astro::tumble::checked_inertia;
+use crate::base::constants::EARTH_RADIUS_M;
+use glam::DVec3;
 
 /// Everything wrong between the keys of a checked scene. `root` knows where they were written.
 pub(super) fn faults(scene: &Table, root: &Node) -> Vec<Fault> {
@@ -15,6 +19,12 @@ pub(super) fn faults(scene: &Table, root: &Node) -> Vec<Fault> {
     look.frames(&mut found);
     look.output(&mut found);
     found
+}
+
+/// A list of so many numbers.
+fn floats<const N: usize>(value: Option<&Value>) -> Option<[f64; N]> {
+    let list = value?.as_array()?.iter().map(Value::as_float).collect::<Option<Vec<_>>>()?;
+    list.try_into().ok()
 }
 
 struct Look<'a> {
@@ -105,6 +115,10 @@ impl Look<'_> {
                 );
             }
         }
+        for (i, target) in targets.iter().enumerate() {
+            self.orbit(i, target, found);
+            self.attitude(i, target, found);
+        }
         if let Some(name) = self.text("pointing.target")
             && written
             && !names.contains(&name)
@@ -116,6 +130,64 @@ impl Look<'_> {
             if !written && self.text(path) == Some("target") {
                 found.push(self.fault(path, "the scene has no [[target]]"));
             }
+        }
+    }
+
+    /// What no single key of an orbit can tell.
+    fn orbit(&self, i: usize, target: &Value, found: &mut Vec<Fault>) {
+        let orbit = |form: &str| target.get("orbit").and_then(|orbit| orbit.get(form));
+        if orbit("kepler").and_then(|k| k.get("e")).and_then(Value::as_float) == Some(1.0) {
+            found.push(self.fault(
+                &format!("target.{i}.orbit.kepler.e"),
+                "must be below 1; give a parabola or hyperbola as a state",
+            ));
+        }
+        if let Some([x, y, z]) = orbit("state").and_then(|s| floats(s.get("position_km"))) {
+            let radius_km = x.hypot(y).hypot(z);
+            if radius_km < EARTH_RADIUS_M / 1e3 {
+                let message = format!(
+                    "it lies {radius_km:.1} km from the Earth's centre; it must be above {:.1} km",
+                    EARTH_RADIUS_M / 1e3
+                );
+                found.push(self.fault(&format!("target.{i}.orbit.state.position_km"), &message));
+            }
+        }
+    }
+
+    /// What no single key of an attitude can tell.
+    fn attitude(&self, i: usize, target: &Value, found: &mut Vec<Fault>) {
+        let Some(attitude) = target.get("attitude") else { return };
+        let mut fault = |key: &str, message: &str| {
+            found.push(self.fault(&format!("target.{i}.attitude.{key}"), message));
+        };
+        let zero = |values: &[f64]| values.iter().all(|x| *x == 0.0);
+        if floats::<4>(attitude.get("quaternion")).is_some_and(|q| zero(&q)) {
+            fault("quaternion", "one of its numbers must differ from 0");
+        }
+        for key in ["axis", "point_body", "turn_body"] {
+            if floats::<3>(attitude.get(key)).is_some_and(|v| zero(&v)) {
+                fault(key, "one of its numbers must differ from 0");
+            }
+        }
+        if let (Some(point), Some(turn)) = (floats(attitude.get("point_body")), floats(attitude.get("turn_body")))
+        {
+            let (point, turn) = (DVec3::from_array(point), DVec3::from_array(turn));
+            if separation(point, turn).sin() < 1e-9 && !zero(&turn.to_array()) && !zero(&point.to_array()) {
+                fault("turn_body", "must not be parallel to point_body");
+            }
+        }
+        if let Some(inertia) = floats(attitude.get("inertia_kg_m2"))
+            && let Err(why) = checked_inertia(DVec3::from_array(inertia))
+        {
+            fault("inertia_kg_m2", &why.to_string());
+        }
+        let mode = attitude.get("mode").and_then(Value::as_str).unwrap_or_default();
+        let fixed = target.get("orbit").is_some_and(|orbit| orbit.get("fixed").is_some());
+        if fixed && ["nadir", "sun", "aligned"].contains(&mode) {
+            fault(
+                "mode",
+                "a target with a fixed place has no velocity to turn by; use inertial, spin, tumble or table",
+            );
         }
     }
 

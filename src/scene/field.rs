@@ -15,6 +15,17 @@ pub(super) trait Field: Sized {
     fn write(&self) -> Option<Value>;
 }
 
+/// A table as its type.
+pub(super) trait Section: Sized {
+    fn read(table: &Plain) -> Result<Self, String>;
+    fn write(&self, table: &mut Plain);
+}
+
+/// A table within a table; the error is its name.
+pub(super) fn inner<'a>(table: &'a Plain, name: &str) -> Result<&'a Plain, String> {
+    table.get(name).and_then(Value::as_table).ok_or_else(|| name.to_string())
+}
+
 macro_rules! field {
     ($type:ty, $value:ident => $read:expr, $own:ident => $write:expr) => {
         impl Field for $type {

@@ -105,7 +105,7 @@ fn form(kind: Kind) -> Value {
     let number = |low: f64, high: f64| json!({ "type": "number", "minimum": low, "maximum": high });
     let side = json!({ "type": "integer", "minimum": 1, "maximum": 65_536 });
     match kind {
-        Kind::Text | Kind::Path | Kind::Preset => json!({ "type": "string", "minLength": 1 }),
+        Kind::Text | Kind::Path | Kind::File(_) | Kind::Preset => json!({ "type": "string", "minLength": 1 }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Int(low, high) => json!({ "type": "integer", "minimum": low, "maximum": high }),
         Kind::IntOf(now, later) => json!({ "enum": now.iter().chain(later).collect::<Vec<_>>() }),

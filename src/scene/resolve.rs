@@ -182,9 +182,9 @@ fn settle(node: &mut Node, schema: &str, path: &str, faults: &mut Vec<Fault>) {
         }
     }
     for key in children(schema) {
-        let Some((selector, value)) = key.when else { continue };
+        let Some((selector, _)) = key.when else { continue };
         let Some(select) = entry(entries, selector) else { continue };
-        let (rank, applies) = (select.place.source.rank, select.text() == Some(value));
+        let (rank, applies) = (select.place.source.rank, key.applies(select.text()));
         entries.retain(|(name, node)| applies || name != key.name() || node.place.source.rank >= rank);
     }
     for key in children(schema).filter(|key| key.is_table()) {

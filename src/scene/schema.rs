@@ -20,6 +20,8 @@ pub(super) enum Kind {
     Text,
     /// Name of a file that is not read.
     Path,
+    /// A file of that content.
+    File(Content),
     /// True or false.
     Flag,
     /// An integer from, to.
@@ -54,6 +56,28 @@ pub(super) enum Kind {
     Crop,
 }
 
+/// What a file named by a key holds.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Content {
+    /// An orbit mean-elements message.
+    Omm,
+    /// An orbit ephemeris message.
+    Oem,
+    /// Quaternions at times.
+    Attitude,
+}
+
+impl Content {
+    /// In words.
+    pub fn describe(self) -> &'static str {
+        match self {
+            Self::Omm => "a file with an orbit mean-elements message: KVN, XML or JSON",
+            Self::Oem => "a file with an orbit ephemeris message: KVN or XML",
+            Self::Attitude => "a CSV of time_utc, q0, q1, q2, q3",
+        }
+    }
+}
+
 /// What happens when a key is left out. Values are TOML.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Given {
@@ -84,7 +108,7 @@ pub(super) struct Key {
     pub doc: &'static str,
     /// False: accepted at its default only.
     pub in_use: bool,
-    /// Applies only with this sibling at this value.
+    /// Applies only with this sibling at this value, or at one of several between bars.
     pub when: Option<(&'static str, &'static str)>,
 }
 
@@ -105,10 +129,22 @@ impl Key {
         self
     }
 
-    /// The same, only with a sibling at a value.
+    /// The same, only with a sibling at a value, or at one of several between bars.
     pub const fn when(mut self, selector: &'static str, value: &'static str) -> Self {
         self.when = Some((selector, value));
         self
+    }
+
+    /// Whether it applies with its selector at `found`.
+    pub fn applies(&self, found: Option<&str>) -> bool {
+        self.when
+            .is_none_or(|(_, values)| found.is_some_and(|found| values.split('|').any(|value| value == found)))
+    }
+
+    /// When it applies, in words: `mode = "spin"`.
+    pub fn condition(&self) -> Option<String> {
+        let (selector, values) = self.when?;
+        Some(format!("{selector} = \"{}\"", values.replace('|', "\" or \"")))
     }
 
     /// Last part of the path, without `[]`.
@@ -155,6 +191,7 @@ impl Key {
             Kind::Preset => "be the name of a built-in station, or a station file".into(),
             Kind::Text => "be text".into(),
             Kind::Path => "be the name of a file".into(),
+            Kind::File(content) => format!("be {}", content.describe()),
             Kind::Flag => "be true or false".into(),
             Kind::Int(low, high) if low == high => format!("be {low}"),
             Kind::Int(low, i64::MAX) => format!("be an integer in {low}..2^63-1{unit}"),

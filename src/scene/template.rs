@@ -110,8 +110,8 @@ fn entry(out: &mut String, key: &Key, live: Live, commented: bool) {
     if let (true, Given::From(_, rule)) = (example, key.given) {
         note += &format!("; default: {rule}");
     }
-    if let Some((selector, value)) = key.when {
-        note += &format!("; only with {selector} = \"{value}\"");
+    if let Some(condition) = key.condition() {
+        note += &format!("; only with {condition}");
     }
     if let Some(later) = key.later_words() {
         note += &format!(" [{later}]");

@@ -2,17 +2,12 @@
 
 use toml::{Table as Plain, Value};
 
-use super::field::{Field, get, integer, put};
+use super::field::{Field, Section, get, inner, integer, put};
 use super::instrument::{Detector, Psf, Station, Table, Telescope};
+use super::target::{load_files, path_of};
 use super::types::*;
 use super::value::epoch;
 use crate::base::accuracy::Accuracy;
-
-/// A table as its type.
-trait Section: Sized {
-    fn read(table: &Plain) -> Result<Self, String>;
-    fn write(&self, table: &mut Plain);
-}
 
 /// Sections whose fields are their keys one to one.
 macro_rules! section {
@@ -165,52 +160,6 @@ impl Section for Exposures {
     }
 }
 
-fn inner<'a>(table: &'a Plain, name: &str) -> Result<&'a Plain, String> {
-    table.get(name).and_then(Value::as_table).ok_or_else(|| name.to_string())
-}
-
-impl Section for Target {
-    fn read(table: &Plain) -> Result<Self, String> {
-        let orbit = inner(table, "orbit")?;
-        let orbit = match orbit.get("fixed").and_then(Value::as_table) {
-            Some(fixed) => Orbit::Fixed {
-                ra_deg: get(fixed, "ra_deg")?,
-                dec_deg: get(fixed, "dec_deg")?,
-                range_km: get(fixed, "range_km")?,
-            },
-            None => match get::<Vec<String>>(orbit, "tle")?.as_slice() {
-                [line1, line2] => Orbit::Tle { name: None, line1: line1.clone(), line2: line2.clone() },
-                [name, line1, line2] => {
-                    Orbit::Tle { name: Some(name.clone()), line1: line1.clone(), line2: line2.clone() }
-                }
-                _ => return Err("orbit.tle".into()),
-            },
-        };
-        Ok(Self { name: get(table, "name")?, orbit, mag_v: get(inner(table, "brightness")?, "mag_v")? })
-    }
-
-    fn write(&self, table: &mut Plain) {
-        let mut orbit = Plain::new();
-        match &self.orbit {
-            Orbit::Tle { name, line1, line2 } => {
-                let lines: Vec<String> = name.iter().chain([line1, line2]).cloned().collect();
-                put(&mut orbit, "target[].orbit", "tle", &lines);
-            }
-            Orbit::Fixed { ra_deg, dec_deg, range_km } => {
-                let mut fixed = Plain::new();
-                put(&mut fixed, "target[].orbit.fixed", "ra_deg", ra_deg);
-                put(&mut fixed, "target[].orbit.fixed", "dec_deg", dec_deg);
-                put(&mut fixed, "target[].orbit.fixed", "range_km", range_km);
-                orbit.insert("fixed".into(), fixed.into());
-            }
-        }
-        put(table, "target[]", "name", &self.name);
-        table.insert("orbit".into(), orbit.into());
-        let brightness = Plain::from_iter([("mag_v".to_string(), Value::Float(self.mag_v))]);
-        table.insert("brightness".into(), brightness.into());
-    }
-}
-
 /// The scene of a checked table; the error is the path of a key that the checks should not have let through.
 pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String> {
     fn part<T: Section>(table: &Plain, name: &str) -> Result<T, String> {
@@ -245,7 +194,11 @@ pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String
         if let Some(table) = named_table(&mut scene, &input.key) {
             *table = Table::File(input.path.clone());
         }
+        if let Some(path) = path_of(&mut scene.target, &input.key) {
+            path.clone_from(&input.path);
+        }
     }
+    load_files(&mut scene.target)?;
     scene.inputs = inputs;
     Ok(scene)
 }
@@ -286,6 +239,9 @@ pub(super) fn write(scene: &Scene, file: impl Fn(&InputFile) -> String) -> Plain
     part("output", &|own| scene.output.write(own));
     let mut copy = scene.clone();
     for input in &scene.inputs {
+        if let Some(path) = path_of(&mut copy.target, &input.key).filter(|path| **path == input.path) {
+            *path = file(input).into();
+        }
         let own = named_table(&mut copy, &input.key).cloned();
         let (Some((name, key)), Some(Table::File(path))) = (input.key.split_once('.'), own) else { continue };
         if path == input.path {
@@ -294,10 +250,10 @@ pub(super) fn write(scene: &Scene, file: impl Fn(&InputFile) -> String) -> Plain
             });
         }
     }
-    if scene.target.is_empty() {
+    if copy.target.is_empty() {
         table.remove("target");
     } else {
-        let target = scene.target.iter().map(|target| {
+        let target = copy.target.iter().map(|target| {
             let mut own = Plain::new();
             target.write(&mut own);
             Value::Table(own)

@@ -8,6 +8,11 @@ use std::path::PathBuf;
 use hifitime::Epoch;
 
 use super::instrument::{Detector, Station, Table, Telescope};
+use crate::astro::attitude::Towards;
+use crate::astro::orbit::elements::MeanElements;
+use crate::astro::orbit::oem::Ephemeris;
+use crate::astro::rotation::Quaternion;
+use crate::astro::time::Instant;
 use crate::base::accuracy::Accuracy;
 
 /// One scene: who looks, with what, at which objects, when, and what is written.
@@ -150,6 +155,72 @@ pub struct Target {
     pub orbit: Orbit,
     /// V magnitude outside the atmosphere while lit, at any range and phase (key `brightness.mag_v`).
     pub mag_v: f64,
+    /// How it turns, if that is said.
+    pub attitude: Option<Attitude>,
+}
+
+/// A time of the scene: the instant, and the RFC 3339 text in UTC that a resolved scene holds.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Moment {
+    /// The instant.
+    pub instant: Instant,
+    pub(super) text: String,
+}
+
+/// How a target turns; field names and units are those of the keys in `[target.attitude]`.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Attitude {
+    /// Fixed among the stars.
+    Inertial {
+        /// Scalar first, body to ICRS components.
+        quaternion: [f64; 4],
+    },
+    /// Turning uniformly about an axis.
+    Spin {
+        /// At the epoch.
+        quaternion: [f64; 4],
+        /// ICRS components.
+        axis: [f64; 3],
+        /// Of one turn, seconds.
+        period_s: f64,
+        /// Turn already made at the epoch, degrees.
+        phase_deg: f64,
+        /// The epoch.
+        epoch: Moment,
+    },
+    /// +z to the Earth's centre, +x forwards.
+    Nadir,
+    /// +z to the Sun, +x forwards.
+    Sun,
+    /// One body axis to a direction, another as near to a second as it goes.
+    Aligned {
+        /// Body axis that points.
+        point_body: [f64; 3],
+        /// Where to.
+        point_to: Towards,
+        /// Body axis that follows.
+        turn_body: [f64; 3],
+        /// Where to.
+        turn_to: Towards,
+    },
+    /// A rigid body without torque.
+    Tumble {
+        /// At the epoch.
+        quaternion: [f64; 4],
+        /// Principal moments.
+        inertia_kg_m2: [f64; 3],
+        /// In body axes, at the epoch, degrees per second.
+        rate_deg_s: [f64; 3],
+        /// The epoch.
+        epoch: Moment,
+    },
+    /// Attitudes at times.
+    Table {
+        /// The file.
+        file: PathBuf,
+        /// Its rows.
+        rows: Vec<(Instant, Quaternion)>,
+    },
 }
 
 /// Where a target is.
@@ -163,6 +234,46 @@ pub enum Orbit {
         line1: String,
         /// Line 2, 69 characters.
         line2: String,
+    },
+    /// Mean elements of a message.
+    Omm {
+        /// The file.
+        file: PathBuf,
+        /// The elements for this target in it.
+        elements: Box<MeanElements>,
+    },
+    /// An ephemeris.
+    Oem {
+        /// The file.
+        file: PathBuf,
+        /// What it holds.
+        ephemeris: Box<Ephemeris>,
+    },
+    /// A state vector in GCRS.
+    State {
+        /// When it holds.
+        epoch: Moment,
+        /// Position, kilometres.
+        position_km: [f64; 3],
+        /// Velocity, kilometres per second.
+        velocity_km_s: [f64; 3],
+    },
+    /// Osculating elements in GCRS.
+    Kepler {
+        /// When they hold.
+        epoch: Moment,
+        /// Semi-major axis, kilometres.
+        a_km: f64,
+        /// Eccentricity, below 1.
+        e: f64,
+        /// Inclination, degrees.
+        i_deg: f64,
+        /// Right ascension of the ascending node, degrees.
+        raan_deg: f64,
+        /// Argument of perigee, degrees.
+        argp_deg: f64,
+        /// Mean anomaly, degrees.
+        mean_anomaly_deg: f64,
     },
     /// A fixed place, topocentric astrometric ICRS.
     Fixed {

@@ -9,10 +9,12 @@ use sha2::{Digest, Sha256};
 use toml::Value as Plain;
 use toml::value::{Datetime, Offset, Time};
 
-use super::schema::{Key, Kind, nearest};
-use super::tle;
+use super::schema::{Content, Key, Kind, nearest};
 use super::tree::{Node, Value, plain};
 use super::types::InputFile;
+use crate::astro::attitude::Profile;
+use crate::astro::orbit::elements::MeanElements;
+use crate::astro::orbit::{oem::Ephemeris, omm, tle::Tle};
 
 /// Why a value will not do.
 pub(super) enum Wrong {
@@ -47,6 +49,14 @@ impl Reader {
             Kind::Text | Kind::Path => match value {
                 Value::Text(text) if !text.trim().is_empty() && !text.contains(char::is_control) => {
                     Ok(text.as_str().into())
+                }
+                _ => Err(Wrong::Form),
+            },
+            Kind::File(content) => match value {
+                Value::Text(name) if !name.trim().is_empty() => {
+                    let path = at(node, name);
+                    self.content(content, &path)?;
+                    self.file(name, path, full)
                 }
                 _ => Err(Wrong::Form),
             },
@@ -117,6 +127,17 @@ impl Reader {
         }
     }
 
+    /// Whether a file holds what it should.
+    fn content(&self, content: Content, path: &Path) -> Result<(), Wrong> {
+        let text = text_of(path)?;
+        let fault = |why: crate::astro::Error| Wrong::Other(why.to_string());
+        match content {
+            Content::Omm => message_for(&text, &self.target).map(|_| ()).map_err(Wrong::Other),
+            Content::Oem => Ephemeris::parse(&text, &self.target).map(|_| ()).map_err(fault),
+            Content::Attitude => Profile::table(&text).map(|_| ()).map_err(fault),
+        }
+    }
+
     /// Notes a file the scene names, with the hash of its content.
     fn file(&mut self, written: &str, path: PathBuf, full: &str) -> Result<Plain, Wrong> {
         let sha256 = hash(&path).map_err(|why| cannot_read(&path, &why))?;
@@ -136,19 +157,14 @@ impl Reader {
     /// The lines of an element set, from the scene or from the file it names.
     fn tle(&self, node: &Node) -> Result<Plain, Wrong> {
         let set = match &node.value {
-            Value::Text(text) if text.contains('\n') => tle::from_lines(&filled(text.lines())),
+            Value::Text(text) if text.contains('\n') => Tle::from_lines(&filled(text.lines())),
             Value::Text(name) => {
-                let path = at(node, name);
-                let read = open(&path).and_then(|mut file| {
-                    let mut bytes = Vec::new();
-                    file.read_to_end(&mut bytes).map(|_| bytes)
-                });
-                let bytes = read.map_err(|why| cannot_read(&path, &why))?;
-                tle::from_file(&String::from_utf8_lossy(&bytes), &self.target)
+                let sets = Tle::all(&text_of(&at(node, name))?);
+                chosen(sets, &self.target, "two-line element set", |set| set.name.as_deref())
             }
             Value::List(items) => {
                 let lines: Option<Vec<&str>> = items.iter().map(Node::text).collect();
-                tle::from_lines(&lines.ok_or(Wrong::Form)?)
+                Tle::from_lines(&lines.ok_or(Wrong::Form)?)
             }
             _ => return Err(Wrong::Form),
         };
@@ -157,8 +173,46 @@ impl Reader {
         if !faults.is_empty() {
             return Err(Wrong::Each(faults));
         }
+        set.elements().map_err(|why| Wrong::Other(why.to_string()))?;
         Ok(Plain::Array(set.name.into_iter().chain(set.lines).map(Plain::String).collect()))
     }
+}
+
+/// The text of a file.
+pub(super) fn text_of(path: &Path) -> Result<String, Wrong> {
+    let read = open(path).and_then(|mut file| {
+        let mut bytes = Vec::new();
+        file.read_to_end(&mut bytes).map(|_| bytes)
+    });
+    let bytes = read.map_err(|why| cannot_read(path, &why))?;
+    Ok(String::from_utf8_lossy(&bytes).into_owned())
+}
+
+/// The item for `target` in a file: the only one, or the one of that name.
+fn chosen<T: Clone>(
+    mut items: Vec<T>,
+    target: &str,
+    what: &str,
+    name: impl Fn(&T) -> Option<&str>,
+) -> Result<T, String> {
+    if items.len() == 1 {
+        return items.pop().ok_or_else(String::new);
+    }
+    if let Some(item) = items.iter().find(|item| name(item).is_some_and(|n| n.trim() == target.trim())) {
+        return Ok(item.clone());
+    }
+    let near = nearest(target, items.iter().filter_map(&name));
+    let near = near.map_or(String::new(), |name| format!("; nearest: \"{name}\""));
+    match items.len() {
+        0 => Err(format!("the file holds no {what}")),
+        count => Err(format!("none of the {count} in the file is a {what} named \"{target}\"{near}")),
+    }
+}
+
+/// The mean elements for `target` among a file's messages.
+pub(super) fn message_for(text: &str, target: &str) -> Result<MeanElements, String> {
+    let all = omm::all(text).map_err(|why| why.to_string())?;
+    chosen(all, target, "message", |elements| elements.name.as_deref())
 }
 
 fn filled<'a>(lines: impl Iterator<Item = &'a str>) -> Vec<&'a str> {
