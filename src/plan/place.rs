@@ -62,7 +62,14 @@ impl Motion {
                 let more = (away.length() / LIGHT_M_S - first) / (1.0 + closing);
                 let state = State { position: then.position - then.velocity * more, velocity: then.velocity };
                 let from_observer = state.position - observer.gcrs;
-                let barycentric = from_observer - observer.earth.velocity * (first + more);
+                // seen from the barycentre the path is longer or shorter by the Earth's motion, 1e-4 of it, and the
+                // object is where it was at that light's time
+                let geocentric_s = first + more;
+                let path = (from_observer - observer.earth.velocity * geocentric_s).length();
+                let barycentric_s = path / LIGHT_M_S;
+                let barycentric = from_observer
+                    - state.velocity * (barycentric_s - geocentric_s)
+                    - observer.earth.velocity * barycentric_s;
                 Ok(Place {
                     astrometric: barycentric.normalize(),
                     geocentric: from_observer.normalize(),

@@ -8,7 +8,7 @@ In: two-line elements, a station, UTC. Out: the columns of plan.ecsv, by the def
 * ra_gcrs_deg, dec_gcrs_deg: the same with the light time of the geocentric frame;
 * az_deg, el_deg: the geocentric direction, diurnal aberration, refraction (SOFA refco, applied
   as SOFA's atioq does);
-* Sun and Moon: astropy's built-in ephemeris, airless and topocentric.
+* Sun: astropy's built-in ephemeris; Moon: JPL's DE421; airless and topocentric.
 """
 
 from dataclasses import dataclass
@@ -18,7 +18,14 @@ import astropy.units as u
 import astropy_iers_data
 import erfa
 import numpy as np
-from astropy.coordinates import GCRS, AltAz, EarthLocation, get_body
+import skyfield_data
+from astropy.coordinates import (
+    GCRS,
+    AltAz,
+    EarthLocation,
+    get_body,
+    solar_system_ephemeris,
+)
 from astropy.time import TimeDelta
 from astropy.utils import iers
 from sgp4.api import WGS72, Satrec
@@ -28,6 +35,8 @@ AU_KM = erfa.DAU / 1e3
 EARTH_RATE = 7.292115855306589e-5  # rad/s of UT1: dERA/dt
 SUN_RADIUS_KM = 695700.0
 EARTH_RADIUS_KM = 6378.137
+
+DE421 = str(Path(skyfield_data.get_skyfield_data_path()) / "de421.bsp")
 
 iers.conf.auto_download = False
 iers.conf.auto_max_age = None
@@ -229,8 +238,11 @@ def row(sat, station, t):
         obsgeoloc=observer * u.km,
         obsgeovel=velocity * u.km / u.s,
     )
-    moon = get_body("moon", t, station.location, ephemeris="builtin")
-    moon_here = moon.transform_to(here).cartesian.xyz.to_value(u.km)
+    # Earth and Moon from the same kernel, in the transformations too
+    with solar_system_ephemeris.set(DE421):
+        moon = get_body("moon", t, station.location)
+        moon_here = moon.transform_to(here).cartesian.xyz.to_value(u.km)
+        moon_el_deg = moon.transform_to(frame).alt.deg
     sun_here = get_body("sun", t, station.location, ephemeris="builtin")
     return {
         "ra_deg": ra,
@@ -245,7 +257,7 @@ def row(sat, station, t):
         "dec_rate_arcsec_s": np.degrees(northward) * 3600.0 / 0.2,
         "phase_deg": angle_deg(to_sun - at_emission, observer - at_emission),
         "sun_el_deg": sun_here.transform_to(frame).alt.deg,
-        "moon_el_deg": moon.transform_to(frame).alt.deg,
+        "moon_el_deg": moon_el_deg,
         "moon_sep_deg": angle_deg(moon_here, geocentric),
         "moon_phase_deg": angle_deg(to_sun - moon_here - observer, -moon_here),
         "shadow": shadow(at_emission, to_sun - at_emission),

@@ -10,7 +10,7 @@ from places_reference import Station, orientation, row, satellite, separation_ar
 from scenes import GOES_14, ISS, MOLNIYA_3_50, scene, target
 from support import assert_units
 
-PLACE_ARCSEC = 0.02
+PLACE_ARCSEC = 0.002
 REFRACTION_FROM_DEG = 3.0  # lower, SOFA's refraction formula holds no more
 UNITS = {
     "ra_deg": "deg",
