@@ -12,7 +12,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let simulator = Simulator::new(&scene)?;
     let view = simulator.planner.view(0)?;
     let began = Instant::now();
-    let rows = accuracy::rows(&simulator, &view, &|| began.elapsed().as_secs_f64());
+    let rows = accuracy::rows(&simulator, &view, &|| began.elapsed().as_secs_f64())?;
     println!("| approximation | setting | largest error | rms error | unit | time, ms | bytes | default |");
     println!("|---|---|---|---|---|---|---|---|");
     for row in rows {

@@ -61,12 +61,16 @@ pub(super) struct Nothing {}
 pub(super) enum Command {
     /// The main job: plan, frames, photometry, light curve
     Run(With<RunArgs>),
-    /// Geometry of every exposure, and when it is worth taking
-    Plan(With<SceneArgs>),
+    /// Geometry of every exposure, and windows: when a target can be observed, and why not when not
+    Plan(With<PlanArgs>),
     /// Frames only; any subset or crop gives the pixels of the whole
     Render(With<RenderArgs>),
     /// Light curve from frames: pixels and headers
     Photometry(With<PhotometryArgs>),
+    /// Error against run time of every approximation the scene uses, against its slow reference
+    Accuracy(With<SceneArgs>),
+    /// An epoch in every time scale
+    Time(With<TimeArgs>),
     /// What is in the frames, what is left out and why, which noise dominates, what it costs
     Explain(With<SceneArgs>),
     /// A commented scene to start from
@@ -90,7 +94,9 @@ impl Command {
     pub fn global(&self) -> &Global {
         match self {
             Self::Run(with) => &with.global,
-            Self::Plan(with) | Self::Explain(with) | Self::Check(with) => &with.global,
+            Self::Plan(with) => &with.global,
+            Self::Time(with) => &with.global,
+            Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) => &with.global,
             Self::Render(with) => &with.global,
             Self::Photometry(with) => &with.global,
             Self::Init(with) => &with.global,
@@ -112,6 +118,28 @@ pub(super) struct CompletionArgs {
 pub(super) struct SceneArgs {
     /// Scene file, or the name of a built-in scene
     pub scene: String,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct PlanArgs {
+    /// Scene file, or the name of a built-in scene
+    pub scene: String,
+    /// The windows instead of the exposures on stdout; with -o both are written, and a chart of the night
+    #[arg(long, conflicts_with = "catalog")]
+    pub windows: bool,
+    /// Windows of the objects in this file (two-line sets or orbit mean-elements messages) instead of the targets'
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
+    /// With --catalog: which objects cross the field while the shutter is open
+    #[arg(long, requires = "catalog")]
+    pub crossings: bool,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct TimeArgs {
+    /// ISO 8601, "JD 2458138.5" or "MJD 58138.0", then UTC (unless given), TAI, TT, TDB, GPS or UT1; or "now"
+    #[arg(required = true)]
+    pub epoch: Vec<String>,
 }
 
 #[derive(Debug, Args)]

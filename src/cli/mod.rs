@@ -1,6 +1,7 @@
 //! The command line: parse, call, print. The only room that reads the clock, the environment and the command
 //! line, or writes to the terminal.
 
+mod accuracy;
 mod args;
 mod catalog;
 mod explain;
@@ -10,6 +11,7 @@ mod render;
 mod run;
 mod scenes;
 mod talk;
+mod time;
 
 pub use args::Cli;
 
@@ -35,6 +37,8 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Plan(with) => plan::plan(&with.args, global, &talk),
         Command::Render(with) => render::render(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
+        Command::Time(with) => time::time(&with.args, global),
+        Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),
         Command::Explain(with) => explain::explain(&with.args, global, &talk),
         Command::Init(with) => scenes::init(&with.args, global, &talk),
         Command::Check(with) => scenes::check(&with.args, global, &talk),

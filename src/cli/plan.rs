@@ -1,29 +1,231 @@
 //! `nightglass plan`.
 
-use super::args::{Global, SceneArgs};
+use super::args::{Global, PlanArgs};
 use super::talk::{Failure, Talk, load, print, print_json, write_new};
+use crate::astro::orbit::Orbit;
+use crate::astro::orbit::catalogue::Listed;
+use crate::astro::orbit::elements::MeanElements;
+use crate::astro::orbit::sgp4::Sgp4;
+use crate::astro::time::Instant;
+use crate::base::constants::DAY_S;
+use crate::base::table::Table;
 use crate::io::ecsv::to_ecsv;
+use crate::plan::PlanError;
+use crate::plan::pace::Pace;
+use crate::plan::place::Motion;
 use crate::plan::planner::Planner;
-use crate::plan::table::table;
+use crate::plan::view::View;
+use crate::plan::windows::Window;
+use crate::plan::{crossing, table};
+use crate::scene::Scene;
 use crate::simulate::SimulateError;
-use serde_json::json;
+use crate::study::night_chart;
+use rayon::prelude::*;
+use serde_json::{Value as Json, json};
+use std::path::Path;
 
-pub(super) fn plan(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+/// Longest plan whose windows are searched \[d\].
+const LONGEST_DAYS: f64 = 400.0;
+
+pub(super) fn plan(args: &PlanArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
     let planner = Planner::new(&scene).map_err(SimulateError::from)?;
-    let views = planner.views().map_err(SimulateError::from)?;
     planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
-    let table = table(&views);
+    match &args.catalog {
+        Some(file) if args.crossings => crossings(&scene, &planner, file, global, talk),
+        Some(file) => catalogue_windows(&scene, &planner, file, global, talk),
+        None => of_scene(args, &scene, &planner, global, talk),
+    }
+}
+
+/// Exposures, windows, attitudes and chart of the scene's own targets.
+fn of_scene(
+    args: &PlanArgs,
+    scene: &Scene,
+    planner: &Planner,
+    global: &Global,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    let views = views(scene, planner, talk)?;
+    let plan = table::table_of(&views, planner);
     let observable = views.iter().filter(|v| v.observability.observable).count();
     talk.say(&format!("{observable} of {} exposures observable", views.len()));
+    let wanted = args.windows || global.output.is_some() || global.json;
+    let windows = if wanted && search_is_short(planner, talk) { Some(own_windows(scene, planner)?) } else { None };
+    let named = windows.iter().flatten().zip(&scene.target).map(|(w, t)| (t.name.as_str(), w.as_slice()));
+    let window_table = table::windows(&named.collect::<Vec<_>>(), scene);
+    let attitudes = table::attitudes(planner, &views, scene).map_err(SimulateError::from)?;
     if let Some(dir) = &global.output {
-        let path = dir.join("plan.ecsv");
-        write_new(&path, &to_ecsv(&table), global)?;
-        talk.say(&format!("wrote {}", path.display()));
+        give(dir, "plan.ecsv", &to_ecsv(&plan), global, talk)?;
+        if let Some(attitudes) = &attitudes {
+            give(dir, "attitude.ecsv", &to_ecsv(attitudes), global, talk)?;
+        }
+        if let Some(windows) = &windows {
+            give(dir, "windows.ecsv", &to_ecsv(&window_table), global, talk)?;
+            let span = planner.night().map_err(SimulateError::from)?.span;
+            let chart = night_chart::svg(scene, planner, span, windows).map_err(SimulateError::from)?;
+            give(dir, "night.svg", &chart, global, talk)?;
+        }
+    }
+    if global.json {
+        let orbits = planner
+            .orbits()
+            .into_iter()
+            .map(|(name, age, method)| json!({ "target": name, "element_age_d": finite(age), "method": method }));
+        return print_json(&json!({
+            "command": "plan",
+            "rows": plan.to_json_rows(),
+            "windows": window_table.to_json_rows(),
+            "attitudes": attitudes.map_or(Json::Null, |t| t.to_json_rows()),
+            "orbits": orbits.collect::<Vec<_>>(),
+            "warnings": planner.warnings(),
+        }));
+    }
+    match (&global.output, args.windows) {
+        (Some(_), _) => Ok(()),
+        (None, true) => print(&to_ecsv(&window_table)),
+        (None, false) => print(&to_ecsv(&plan)),
+    }
+}
+
+fn views(scene: &Scene, planner: &Planner, talk: &Talk) -> Result<Vec<View>, Failure> {
+    let bar = talk.bar(scene.exposures.count, "exposures");
+    let view = |frame| {
+        let view = planner.view(frame);
+        bar.inc(1);
+        view
+    };
+    let views = (0..scene.exposures.count).map(view).collect::<Result<Vec<_>, PlanError>>();
+    bar.finish_and_clear();
+    Ok(views.map_err(SimulateError::from)?)
+}
+
+fn own_windows(scene: &Scene, planner: &Planner) -> Result<Vec<Vec<Window>>, Failure> {
+    let night = planner.night().map_err(SimulateError::from)?;
+    let windows = (0..scene.target.len()).map(|i| planner.windows(i, &night)).collect::<Result<Vec<_>, _>>();
+    Ok(windows.map_err(SimulateError::from)?)
+}
+
+/// Whether the exposures last for so short that their nights are worth searching; says so if not.
+fn search_is_short(planner: &Planner, talk: &Talk) -> bool {
+    let days = planner.exposed().seconds() / DAY_S;
+    if days > LONGEST_DAYS {
+        talk.say(&format!(
+            "windows are left out: the exposures last {days:.0} days, more than {LONGEST_DAYS}; set exposures.count lower"
+        ));
+    }
+    days <= LONGEST_DAYS
+}
+
+/// The objects of a catalogue file that SGP4 can use.
+struct Objects {
+    elements: Vec<MeanElements>,
+    motions: Vec<Motion>,
+    paces: Vec<Pace>,
+}
+
+impl Objects {
+    fn read(file: &Path, at: &Instant, talk: &Talk) -> Result<Self, Failure> {
+        let bytes =
+            std::fs::read(file).map_err(|e| Failure::Input(format!("cannot read {}: {e}", file.display())))?;
+        let listed = Listed::read(&String::from_utf8_lossy(&bytes))
+            .map_err(|e| Failure::Input(format!("{}: {e}", file.display())))?;
+        let mut own = Self { elements: Vec::new(), motions: Vec::new(), paces: Vec::new() };
+        let mut faults = listed.faults;
+        let mut oldest = 0.0f64;
+        for elements in listed.objects {
+            match Sgp4::new(&elements) {
+                Ok(sgp4) => {
+                    let motion = Motion::Orbit(Orbit::Mean(Box::new(sgp4)));
+                    own.paces.push(Pace::of(&motion, at));
+                    oldest = oldest.max(at.since(&elements.epoch).abs() / DAY_S);
+                    own.elements.push(elements);
+                    own.motions.push(motion);
+                }
+                Err(fault) => faults.push(fault),
+            }
+        }
+        faults.iter().take(5).for_each(|fault| talk.say(&format!("warning: left out: {fault}")));
+        if faults.len() > 5 {
+            talk.say(&format!("warning: {} more objects left out", faults.len() - 5));
+        }
+        talk.say(&format!("{} objects, elements up to {oldest:.1} days from the exposures", own.elements.len()));
+        Ok(own)
+    }
+
+    fn describe(&self, number: usize, at: &Instant) -> (String, u64, f64) {
+        let elements = &self.elements[number];
+        (elements.title(), elements.catalog_number, at.since(&elements.epoch) / DAY_S)
+    }
+}
+
+/// Windows of every object of a catalogue.
+fn catalogue_windows(
+    scene: &Scene,
+    planner: &Planner,
+    file: &Path,
+    global: &Global,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    if !search_is_short(planner, talk) {
+        return Err(Failure::Input("exposures.count: too long a plan for windows".into()));
+    }
+    let objects = Objects::read(file, &planner.exposed().start, talk)?;
+    let night = planner.night().map_err(SimulateError::from)?;
+    let bar = talk.bar(objects.motions.len(), "objects");
+    let windows = objects.motions.par_iter().map(|motion| {
+        let windows = night.windows(motion, None);
+        bar.inc(1);
+        windows
+    });
+    let windows = windows.collect::<Result<Vec<_>, PlanError>>();
+    bar.finish_and_clear();
+    let windows = windows.map_err(SimulateError::from)?;
+    let seen = windows.iter().filter(|own| own.iter().any(|w| w.observable)).count();
+    talk.say(&format!("{seen} of {} objects can be observed", windows.len()));
+    let names = objects.elements.iter().map(MeanElements::title).collect::<Vec<_>>();
+    let named = names.iter().zip(&windows).map(|(n, w)| (n.as_str(), w.as_slice())).collect::<Vec<_>>();
+    finish("windows.ecsv", &table::windows(&named, scene), global, talk)
+}
+
+/// Objects of a catalogue in the field while the shutter is open.
+fn crossings(scene: &Scene, planner: &Planner, file: &Path, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let start = planner.exposed().start;
+    let objects = Objects::read(file, &start, talk)?;
+    let views = views(scene, planner, talk)?;
+    let bar = talk.bar(views.len(), "exposures");
+    let size = scene.detector.size_px;
+    let found = views.par_iter().map(|view| {
+        let found = crossing::crossings(planner, view, &objects.motions, &objects.paces, size);
+        bar.inc(1);
+        found
+    });
+    let found = found.collect::<Result<Vec<_>, PlanError>>();
+    bar.finish_and_clear();
+    let found = found.map_err(SimulateError::from)?.concat();
+    talk.say(&format!("{} crossings of the field in {} exposures", found.len(), views.len()));
+    let rows = crossing::table(&found, &|number| objects.describe(number, &start), &views);
+    finish("crossings.ecsv", &rows, global, talk)
+}
+
+fn finish(name: &str, rows: &Table, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    if let Some(dir) = &global.output {
+        give(dir, name, &to_ecsv(rows), global, talk)?;
     }
     match (global.json, &global.output) {
-        (true, _) => print_json(&json!({ "command": "plan", "rows": table.to_json_rows() })),
-        (false, None) => print(&to_ecsv(&table)),
+        (true, _) => print_json(&json!({ "command": "plan", "rows": rows.to_json_rows() })),
+        (false, None) => print(&to_ecsv(rows)),
         (false, Some(_)) => Ok(()),
     }
+}
+
+fn give(dir: &Path, name: &str, text: &str, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let path = dir.join(name);
+    write_new(&path, text, global)?;
+    talk.say(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+fn finite(value: f64) -> Json {
+    serde_json::Number::from_f64(value).map_or(Json::Null, Json::Number)
 }

@@ -1,6 +1,7 @@
 //! Words to the user: stderr for talk and progress, stdout for data, exit codes.
 
 use super::args::Global;
+use crate::astro::time::Instant;
 use crate::io::atomic;
 use crate::run::RunError;
 use crate::scene::{self, Options, Scene, SceneError};
@@ -146,6 +147,13 @@ pub(super) fn print(text: &str) -> Result<(), Failure> {
 /// Write one JSON object to stdout.
 pub(super) fn print_json(value: &serde_json::Value) -> Result<(), Failure> {
     print(&format!("{value:#}\n"))
+}
+
+/// The present time in UTC, ISO 8601, as the system's clock has it.
+pub(super) fn now_utc() -> String {
+    let since_1970 = std::time::SystemTime::now().duration_since(std::time::UNIX_EPOCH).unwrap_or_default();
+    let (days, ns) = (since_1970.as_secs() / 86_400, since_1970.as_nanos() % 86_400_000_000_000);
+    Instant::from_utc_reading(40_587 + days as i64, ns as i64).utc_reading().iso(9)
 }
 
 /// Seconds since the program began to ask.

@@ -1,13 +1,17 @@
 //! Planning: where the frame points, what its pixels see, and whether an exposure is worth taking.
 
 pub mod constraints;
+pub mod crossing;
+pub mod interval;
 pub mod motion;
+pub mod pace;
 pub mod place;
 pub mod planner;
 pub mod pointing;
 pub mod table;
 pub mod view;
 pub mod wcs;
+pub mod windows;
 
 use crate::astro;
 

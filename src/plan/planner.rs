@@ -2,14 +2,20 @@
 
 use super::PlanError;
 use super::constraints;
+use super::interval::{Interval, Margin};
 use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
 use super::view::{Body, Horizontal, Moon, Observability, TargetView, View};
-use super::wcs::east_north;
+use super::wcs::{Wcs, east_north};
+use super::windows::{Condition, Night, Window, nights};
+use crate::astro::attitude::Profile;
 use crate::astro::observer::{Air, Observer, Site, airmass};
+use crate::astro::rotation::Quaternion;
 use crate::astro::time::Instant;
-use crate::astro::{self, bodies, separation};
+use crate::astro::{self, bodies, eop, separation};
+use crate::base::constants::{EARTH_RATE_RAD_S, LIGHT_M_S};
+use crate::base::units::ARCSEC_PER_RAD;
 use crate::scene::Scene;
 use glam::DVec2;
 
@@ -29,6 +35,7 @@ pub struct Planner<'a> {
     /// The station.
     pub site: Site,
     motions: Vec<Motion>,
+    profiles: Vec<Option<Profile>>,
     mount: Mount,
 }
 
@@ -45,21 +52,117 @@ impl<'a> Planner<'a> {
         let lasting = scene.exposures.cadence_s * scene.exposures.count as f64;
         let need = Need { first, last: first.plus(lasting), position_mas: scene.accuracy.position_mas };
         let motions = scene.target.iter().map(|t| motion::motion(t, &need)).collect::<Result<Vec<_>, _>>()?;
+        let profiles = scene.target.iter().map(|t| t.attitude.as_ref().map(motion::profile).transpose());
+        let profiles = profiles.collect::<Result<_, _>>()?;
         let mount = Mount::of(scene, &motions)?;
-        Ok(Self { scene, site, motions, mount })
+        Ok(Self { scene, site, motions, profiles, mount })
     }
 
-    /// What a user should know of the targets' elements: those older or younger than a fortnight at the first exposure.
-    /// SGP4 errs by a kilometre or so a day in a low orbit, less farther out (Vallado & Cefola 2012, IAC-12-A6.6.11).
+    /// What a user should know: elements older or younger than a fortnight at the first exposure, and exposures after the
+    /// end of the Earth orientation table. SGP4 errs by a kilometre or so a day in a low orbit, less farther out (Vallado &
+    /// Cefola 2012, IAC-12-A6.6.11).
     pub fn warnings(&self) -> Vec<String> {
-        let first = Instant::new(self.scene.exposures.start);
-        let ages = self.motions.iter().map(|motion| motion.element_age_days(&first));
+        let exposed = self.exposed();
+        let ages = self.motions.iter().map(|motion| motion.element_age_days(&exposed.start));
         let old = |(target, age): (&crate::scene::Target, Option<f64>)| {
             let age = age.filter(|days| days.abs() > OLD_ELEMENTS_DAYS)?;
             let side = if age > 0.0 { "older" } else { "younger" };
             Some(format!("elements of {} are {:.0} days {side} than the first exposure", target.name, age.abs()))
         };
-        self.scene.target.iter().zip(ages).filter_map(old).collect()
+        let mut warnings = self.scene.target.iter().zip(ages).filter_map(old).collect::<Vec<_>>();
+        if let Ok(eop) = eop::at(&exposed.end)
+            && eop.beyond_days > 0.0
+        {
+            warnings.push(format!(
+                "the last exposure is {:.0} days after the Earth orientation table: UT1 is extrapolated and may be off by \
+                 {:.2} s, which turns the sky by {:.1} arcsec; renew catalogs/eop",
+                eop.beyond_days,
+                eop.ut1_bound_s(),
+                eop.ut1_bound_s() * EARTH_RATE_RAD_S * ARCSEC_PER_RAD,
+            ));
+        }
+        warnings
+    }
+
+    /// Age of each target's elements at the first exposure \[days\], and how its orbit is computed; of those that have one.
+    pub fn orbits(&self) -> Vec<(&str, f64, String)> {
+        let start = self.exposed().start;
+        let told = |(target, motion): (&'a crate::scene::Target, &Motion)| match motion {
+            Motion::Orbit(orbit) => {
+                let age = motion.element_age_days(&start).unwrap_or(f64::NAN);
+                Some((target.name.as_str(), age, orbit.describe()))
+            }
+            Motion::Fixed(..) => None,
+        };
+        self.scene.target.iter().zip(&self.motions).filter_map(told).collect()
+    }
+
+    /// Attitude of a target at mid-exposure, if the scene tells of one: where it was when its light left.
+    ///
+    /// # Errors
+    /// [`PlanError`] where it is not known.
+    pub fn attitude(&self, target: usize, view: &View) -> Result<Option<Quaternion>, PlanError> {
+        let (Some(Some(profile)), Some(seen)) = (self.profiles.get(target), view.targets.get(target)) else {
+            return Ok(None);
+        };
+        let light_time = if seen.place.range_m.is_nan() { 0.0 } else { seen.place.range_m / LIGHT_M_S };
+        Ok(Some(profile.at(&view.mid.plus(-light_time), &seen.place.surroundings(&seen.light))?))
+    }
+
+    /// The observer at `t`.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the Earth's orientation is unknown.
+    pub fn observer(&self, t: &Instant) -> Result<Observer, PlanError> {
+        Ok(Observer::at(&self.site, t)?)
+    }
+
+    /// World coordinates at any instant of an exposure.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn wcs_at(&self, view: &View, t: &Instant) -> Result<Wcs, PlanError> {
+        Ok(self.mount.attitudes(&self.site, [t, &view.mid, &view.end])?.start)
+    }
+
+    /// How the target of that number moves.
+    pub fn motion(&self, target: usize) -> Option<&Motion> {
+        self.motions.get(target)
+    }
+
+    /// First opening and last closing of the shutter.
+    pub fn exposed(&self) -> Interval {
+        let exposures = &self.scene.exposures;
+        let start = Instant::new(exposures.start);
+        let last = exposures.cadence_s * exposures.count.saturating_sub(1) as f64;
+        Interval { start, end: start.plus(last + exposures.duration_s) }
+    }
+
+    /// The nights in which the exposures lie, from noon to noon.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the Earth's orientation is unknown.
+    pub fn night(&self) -> Result<Night<'a>, PlanError> {
+        let exposed = self.exposed();
+        let longitude = self.scene.station.longitude_deg.to_radians();
+        Night::new(self.scene, self.site, nights(&exposed.start, &exposed.end, longitude))
+    }
+
+    /// Windows of a target in a night: the scene's limits, its faintest magnitude among them.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the Earth's orientation is unknown.
+    pub fn windows(&self, target: usize, night: &Night) -> Result<Vec<Window>, PlanError> {
+        let (Some(motion), Some(own)) = (self.motions.get(target), self.scene.target.get(target)) else {
+            return Ok(Vec::new());
+        };
+        let faintest = self.scene.plan.limit_mag_v;
+        // a constant magnitude is bright enough for ever or never
+        let bright = |_: &Instant, _: &Observer, _: &Place| Margin {
+            value: faintest.map_or(1.0, |limit| limit - own.mag_v),
+            safe_s: f64::INFINITY,
+        };
+        night.windows(motion, faintest.is_some().then_some(&bright as &Condition))
     }
 
     /// The geometry of frame number `frame`.

@@ -7,6 +7,14 @@ use super::schema::nearest;
 pub const STATIONS: &[(&str, &str)] = &[
     ("pogs", include_str!("../../stations/pogs.toml")),
     ("pogs-published", include_str!("../../stations/pogs-published.toml")),
+    ("esa-ogs", include_str!("../../stations/esa-ogs.toml")),
+    ("zimmerwald", include_str!("../../stations/zimmerwald.toml")),
+    ("lmt", include_str!("../../stations/lmt.toml")),
+    ("modest", include_str!("../../stations/modest.toml")),
+    ("tarot-chile", include_str!("../../stations/tarot-chile.toml")),
+    ("tarot-reunion", include_str!("../../stations/tarot-reunion.toml")),
+    ("zadko", include_str!("../../stations/zadko.toml")),
+    ("dome-a", include_str!("../../stations/dome-a.toml")),
 ];
 
 /// Built-in scenes: name and text.

@@ -3,6 +3,7 @@
 //! Out comes a plain TOML table with every key of the format in its place and normal form (numbers as floats
 //! where the key is one, times ending in Z, element sets as lines), and the files the scene names.
 
+use super::consistency::standard_pressure_hpa;
 use super::fault::Fault;
 use super::keys::{KEYS, children};
 use super::schema::{Given, Key, Kind, ONE_OF, group_of, nearest};
@@ -237,9 +238,8 @@ impl<'a> Checker<'a> {
         match path {
             "name" => Some(self.stem.into()),
             "station.pressure_hpa" => {
-                // U.S. Standard Atmosphere 1976, troposphere; good to 1 % up to 11 km, and air is thin beyond
-                let base = (1.0 - 2.25577e-5 * number("height_m")?).clamp(0.0, 1.01);
-                let pressure_pa = libm::round(101_325.0 * libm::pow(base, 5.25588));
+                // good to 1 % up to 11 km, and air is thin beyond
+                let pressure_pa = libm::round(100.0 * standard_pressure_hpa(number("height_m")?));
                 Some(toml::Value::Float(pressure_pa / 100.0))
             }
             "pointing.at" => has_target.then(|| "target".into()),

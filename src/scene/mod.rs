@@ -20,6 +20,7 @@
 
 mod builtin;
 mod check;
+mod consistency;
 mod cross;
 mod fault;
 mod field;
@@ -36,9 +37,10 @@ mod types;
 mod value;
 
 pub use builtin::{SCENES, STATIONS};
+pub use consistency::contradictions;
 pub use fault::{Fault, SceneError};
 pub use instrument::*;
 pub use jsonschema::json_schema;
-pub use resolve::{Options, load, load_str, template};
+pub use resolve::{Options, load, load_station, load_str, template};
 pub use template::station as station_template;
 pub use types::*;

@@ -89,6 +89,21 @@ pub fn load_str(
         .map_err(|key| SceneError::one(origin, format!("{key}: cannot be read")))
 }
 
+/// A scene that holds a built-in station and nothing else: one instant, no target.
+///
+/// # Errors
+/// That no station has this name.
+pub fn load_station(name: &str) -> Result<Scene, SceneError> {
+    if builtin::find(STATIONS, name).is_none() {
+        return Err(builtin::unknown("station", name, STATIONS));
+    }
+    let text = format!(
+        "[station]\npreset = \"{name}\"\n[exposures]\nstart = 2018-01-20T03:00:00Z\nduration_s = 0.0\n\
+         [pointing]\nat = \"azel\"\naz_deg = 0.0\nel_deg = 90.0\n"
+    );
+    load_str(&text, name, None, &Options::default())
+}
+
 fn read_text(path: &Path) -> Result<String, String> {
     let text = open(path).and_then(|mut file| {
         let mut text = String::new();

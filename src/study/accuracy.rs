@@ -1,41 +1,59 @@
 //! Error against run time of the approximations in a frame, each against its reference twin.
 //!
+//! * `astro.*`: the geometry, in [`super::astro_accuracy`].
 //! * `sky.nodes`: the sky's means on a grid of nodes, bilinear between them, against evaluation at the pixel.
 //! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
 //! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
 
+use super::astro_accuracy;
 use crate::base::accuracy::AccuracyRow;
 use crate::camera::path::Path;
 use crate::camera::psf::Psf;
 use crate::camera::region::Region;
+use crate::plan::PlanError;
 use crate::plan::view::View;
-use crate::simulate::Simulator;
+use crate::simulate::{SimulateError, Simulator};
 use crate::sky::{self, field::SkyField};
 use glam::DVec2;
 
 /// Largest and root-mean-square of errors.
-struct Errors {
+pub(super) struct Errors {
     max: f64,
     rms: f64,
 }
 
 impl Errors {
-    fn of(errors: &[f64]) -> Self {
+    pub fn of(errors: &[f64]) -> Self {
         let square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
         Self { max: errors.iter().fold(0.0, |max, e| e.abs().max(max)), rms: square.sqrt() }
     }
 }
 
 /// Rows for one exposure of a scene. `clock` gives seconds since some moment.
-pub fn rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
-    let mut rows = sky_rows(simulator, view, clock);
+///
+/// # Errors
+/// [`SimulateError`] where the Earth's orientation is unknown.
+pub fn rows(
+    simulator: &Simulator,
+    view: &View,
+    clock: &dyn Fn() -> f64,
+) -> Result<Vec<AccuracyRow>, SimulateError> {
+    let mut rows = astro_accuracy::rows(&simulator.planner, &view.mid, clock).map_err(PlanError::from)?;
+    rows.extend(sky_rows(simulator, view, clock));
     rows.extend(psf_rows(simulator, view, clock));
     mark_pareto(&mut rows);
-    rows
+    Ok(rows)
 }
 
-fn row(name: &str, setting: String, errors: &Errors, unit: &str, time_s: f64, bytes: usize) -> AccuracyRow {
+pub(super) fn row(
+    name: &str,
+    setting: String,
+    errors: &Errors,
+    unit: &str,
+    time_s: f64,
+    bytes: usize,
+) -> AccuracyRow {
     AccuracyRow {
         approximation: name.to_owned(),
         setting,

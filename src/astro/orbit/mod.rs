@@ -6,6 +6,7 @@
 //! orbit ephemeris messages                    -> interpolation
 //! ```
 
+pub mod catalogue;
 pub mod elements;
 pub mod force;
 pub mod kepler;
