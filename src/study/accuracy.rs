@@ -7,6 +7,7 @@
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
 
 use super::astro_accuracy;
+use super::errors::{Errors, row};
 use crate::base::accuracy::AccuracyRow;
 use crate::camera::path::Path;
 use crate::camera::psf::Psf;
@@ -16,19 +17,6 @@ use crate::plan::view::View;
 use crate::simulate::{SimulateError, Simulator};
 use crate::sky::{self, field::SkyField};
 use glam::DVec2;
-
-/// Largest and root-mean-square of errors.
-pub(super) struct Errors {
-    max: f64,
-    rms: f64,
-}
-
-impl Errors {
-    pub fn of(errors: &[f64]) -> Self {
-        let square = errors.iter().map(|e| e * e).sum::<f64>() / errors.len().max(1) as f64;
-        Self { max: errors.iter().fold(0.0, |max, e| e.abs().max(max)), rms: square.sqrt() }
-    }
-}
 
 /// Rows for one exposure of a scene. `clock` gives seconds since some moment.
 ///
@@ -44,27 +32,6 @@ pub fn rows(
     rows.extend(psf_rows(simulator, view, clock));
     mark_pareto(&mut rows);
     Ok(rows)
-}
-
-pub(super) fn row(
-    name: &str,
-    setting: String,
-    errors: &Errors,
-    unit: &str,
-    time_s: f64,
-    bytes: usize,
-) -> AccuracyRow {
-    AccuracyRow {
-        approximation: name.to_owned(),
-        setting,
-        max_err: errors.max,
-        rms_err: errors.rms,
-        unit: unit.to_owned(),
-        time_s,
-        bytes: bytes as u64,
-        pareto: false,
-        default: false,
-    }
 }
 
 fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {

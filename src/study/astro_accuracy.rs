@@ -5,7 +5,7 @@
 //! * `astro.earth`, `astro.moon`: barycentric Earth and geocentric Moon interpolated, against the series themselves.
 //! * `astro.direction`: a whole topocentric place of the first target, its time only.
 
-use super::accuracy::{Errors, row};
+use super::errors::{Errors, row};
 use crate::astro::Error;
 use crate::astro::bodies::{EarthState, moon_gcrs, moon_reference};
 use crate::astro::daily::{NODES, Series, number};

@@ -2,5 +2,6 @@
 
 pub mod accuracy;
 mod astro_accuracy;
+mod errors;
 pub mod explain;
 pub mod night_chart;
