@@ -357,7 +357,7 @@ mod tests {
                 ("exposures.count", "1440"),
                 ("exposures.start", "2018-01-20T19:00:00Z"),
                 ("target.0.orbit.tle", ISS),
-                ("plan.max_sun_el_deg", "60"),
+                ("plan.sunlit", "false"),
                 ("station.horizon_deg", "[[0, 2], [90, 14], [180, 3], [270, 12]]"),
             ],
         ] {
