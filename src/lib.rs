@@ -4,9 +4,9 @@
 //!
 //! ```text
 //! base        constants, units, tolerances, ledger, random numbers, tables
-//! astro       time, Earth orientation, Sun, Moon, shadow, orbits, the observer
+//! astro       time, Earth orientation, Sun, Moon, shadow, orbits, attitude, stars, the observer
 //! scene       what the user writes: checked and complete
-//! plan        places, pointing, world coordinates, whether an exposure is worth taking
+//! plan        places, pointing, world coordinates, windows, whether an exposure is worth taking
 //! light       spectra to electrons
 //! stars       catalogue
 //! sky         airglow, pollution, twilight, starlight, moonlight, zodiacal light
@@ -15,7 +15,7 @@
 //! photometry  pixels and headers to a light curve
 //! simulate    a scene's frames
 //! run         a scene's output directory
-//! study       what is in a frame and what it costs
+//! study       what is in a frame and what it costs, error against run time, the chart of a night
 //! cli         the command line
 //! ```
 //!

@@ -119,3 +119,107 @@ fn a_frame_below_the_horizon_is_planned_but_not_rendered() {
     assert_eq!(output.status.code(), Some(0), "{}", err(&output));
     assert!(err(&output).contains("below the horizon"), "{}", err(&output));
 }
+
+#[test]
+fn plan_writes_windows_attitudes_and_a_chart() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let dir = folder.path().join("out");
+    let dir = dir.to_str().expect("a path");
+    let scene = concat!(env!("CARGO_MANIFEST_DIR"), "/examples/leo-pass.toml");
+    let output = nightglass(&["plan", scene, "-o", dir]);
+    assert_eq!(output.status.code(), Some(0), "{}", err(&output));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).expect(name);
+    assert!(read("plan.ecsv").contains("orbit of NOAA 15"));
+    assert!(read("windows.ecsv").lines().any(|l| l.contains("NOAA 15") && l.contains(" True ")));
+    assert_eq!(read("attitude.ecsv").lines().filter(|l| !l.starts_with('#')).count(), 1 + 5 * 3);
+    let chart = read("night.svg");
+    assert!(chart.starts_with("<svg") && chart.contains("tumbling stage") && !chart.contains("NaN"));
+    // the same windows on stdout, and in JSON beside the rows
+    let rows = |text: &str| text.lines().filter(|l| !l.starts_with('#')).map(str::to_owned).collect::<Vec<_>>();
+    assert_eq!(rows(&out(&nightglass(&["plan", scene, "--windows"]))), rows(&read("windows.ecsv")));
+    let json: Value = serde_json::from_str(&out(&nightglass(&["plan", scene, "--json"]))).expect("JSON");
+    assert_eq!(json["windows"].as_array().expect("windows").len() + 1, rows(&read("windows.ecsv")).len());
+    assert_eq!(
+        (json["orbits"][0]["method"].as_str(), json["attitudes"].as_array().map(Vec::len)),
+        (Some("SGP4"), Some(15))
+    );
+}
+
+#[test]
+fn a_catalogue_has_windows_and_crossings() {
+    let catalogue = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/reference/satellites.tle");
+    let windows = nightglass(&["plan", "pogs-geo", "--catalog", catalogue]);
+    assert_eq!(windows.status.code(), Some(0), "{}", err(&windows));
+    assert!(out(&windows).contains("\"GOES 14\"") && err(&windows).contains("20 objects"));
+    let crossings = nightglass(&["plan", "pogs-geo", "--catalog", catalogue, "--crossings"]);
+    let rows = out(&crossings).lines().filter(|l| l.contains("\"GOES 14\" 35491")).count();
+    // the telescope follows it, so that it is in all twelve frames
+    assert_eq!((crossings.status.code(), rows), (Some(0), 12), "{}", out(&crossings));
+    let nothing = nightglass(&["plan", "pogs-geo", "--catalog", "no-such-file"]);
+    assert_eq!(nothing.status.code(), Some(2));
+    assert!(err(&nothing).contains("no-such-file"));
+}
+
+#[test]
+fn time_tells_an_epoch_in_every_scale() {
+    let text = out(&nightglass(&["time", "2016-12-31T23:59:60.5"]));
+    let tt = text.lines().find(|l| l.starts_with("TT ")).expect("a line");
+    assert_eq!(
+        tt.split_whitespace().collect::<Vec<_>>(),
+        ["TT", "32.184000000", "2017-01-01T00:01:08.684000000", "2457754.50079495370370", "57754.00079495370370"]
+    );
+    let json: Value =
+        serde_json::from_str(&out(&nightglass(&["time", "MJD", "58138.5", "TAI", "--json"]))).expect("JSON");
+    let row = |scale: &str| {
+        json["rows"].as_array().expect("rows").iter().find(|r| r["scale"] == scale).cloned().expect(scale)
+    };
+    assert_eq!(
+        (row("UTC")["minus_tai_s"].as_f64(), row("GPS")["minus_tai_s"].as_f64()),
+        (Some(-37.0), Some(-19.0))
+    );
+    assert_eq!(row("TAI")["iso"], "2018-01-20T12:00:00.000000000");
+    assert_eq!(nightglass(&["time", "now"]).status.code(), Some(0));
+    let wrong = nightglass(&["time", "2018-02-30"]);
+    assert_eq!(wrong.status.code(), Some(2));
+    assert!(err(&wrong).contains("2018-02-30"), "{}", err(&wrong));
+    assert!(out(&nightglass(&["time", "2031-01-01"])).contains("extrapolated"));
+    assert!(out(&nightglass(&["time", "1960-01-01"])).contains("UT1 unknown"));
+}
+
+#[test]
+fn accuracy_tells_errors_and_times() {
+    let sets = ["--set", "detector.size_px=128", "--set", "stars.enabled=false"];
+    let output = nightglass(&[&["accuracy", "pogs-geo", "--json"][..], &sets].concat());
+    let json: Value = serde_json::from_str(&out(&output)).expect("JSON");
+    let rows = json["rows"].as_array().expect("rows");
+    let of = |name: &str| rows.iter().filter(|r| r["approximation"] == name).collect::<Vec<_>>();
+    assert!(of("astro.nutation").len() >= 5 && of("sky.nodes").len() >= 3 && of("psf.stamp").len() >= 3);
+    let default = of("astro.nutation").into_iter().find(|r| r["default"] == true).expect("a default");
+    let slow = of("astro.nutation").into_iter().find(|r| r["setting"] == "IAU 2006/2000A").expect("the series");
+    assert!(default["max_err"].as_f64().expect("mas") < 1e-3);
+    // interpolation pays: ten times and more
+    assert!(default["time_s"].as_f64().expect("s") * 10.0 < slow["time_s"].as_f64().expect("s"));
+}
+
+#[test]
+fn stations_are_told_with_their_figures() {
+    let json: Value = serde_json::from_str(&out(&nightglass(&["stations", "--json"]))).expect("JSON");
+    let rows = json["rows"].as_array().expect("rows");
+    assert!(rows.len() >= 10);
+    for row in rows {
+        assert_eq!(row["contradictions"].as_array().map(Vec::len), Some(0), "{row}");
+    }
+    let south = rows.iter().filter(|r| r["latitude_deg"].as_f64().expect("deg") < 0.0).count();
+    let high = rows.iter().filter(|r| r["latitude_deg"].as_f64().expect("deg").abs() > 60.0).count();
+    assert!(south >= 2 && high >= 1);
+    let odd = nightglass(&[
+        "check",
+        "pogs-geo",
+        "--set",
+        "station.pressure_hpa=1013.0",
+        "--set",
+        "detector.gain_e_per_adu=20",
+    ]);
+    assert!(err(&odd).contains("warning: station.pressure_hpa = 1013 hPa"), "{}", err(&odd));
+    assert!(err(&odd).contains("warning: detector.gain_e_per_adu = 20"), "{}", err(&odd));
+}

@@ -191,7 +191,8 @@ impl Profile {
 fn triad(first: DVec3, second: DVec3) -> Option<DMat3> {
     let across = first.cross(second);
     let size = across.length();
-    if !(size > 1e-9 * first.length() * second.length()) {
+    let apart = size / (first.length() * second.length());
+    if apart.is_nan() || apart <= 1e-9 {
         return None;
     }
     let (x, z) = (first.normalize(), across / size);

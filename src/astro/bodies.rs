@@ -99,7 +99,7 @@ const MOON_POINTS: usize = 8;
 /// What the Moon's series lacks \[m\], by Lagrange's polynomial of degree 7; 0 outside the table.
 fn moon_correction(mjd: f64, fraction: f64) -> DVec3 {
     let first = mjd - MOON_TABLE_FIRST - (MOON_POINTS / 2 - 1) as f64;
-    if !(first >= 0.0) {
+    if first.is_nan() || first < 0.0 {
         return DVec3::ZERO;
     }
     let x = (MOON_POINTS / 2 - 1) as f64 + fraction;

@@ -59,6 +59,12 @@ pub fn number(t: &Instant) -> i64 {
 #[derive(Debug)]
 pub struct Days<T>(RwLock<BTreeMap<i64, Arc<T>>>);
 
+impl<T> Default for Days<T> {
+    fn default() -> Self {
+        Self::new()
+    }
+}
+
 impl<T> Days<T> {
     /// None yet.
     pub const fn new() -> Self {

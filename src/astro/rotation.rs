@@ -1,11 +1,11 @@
 //! Representations of an attitude and every conversion between them.
 //!
 //! One convention: an attitude turns the inertial axes (ICRS) into the body's. The quaternion (scalar first) takes body
-//! components of a vector to inertial ones, v_N = q v_B q*; the direction cosine matrix [BN] takes inertial to body
-//! components, v_B = [BN] v_N; principal axis and angle turn N into B right-handed, so that
-//! [BN] = I - sin(theta)[l x] + (1 - cos(theta))[l x]^2; the rotation vector is theta l, the modified Rodrigues
+//! components of a vector to inertial ones, v_N = q v_B q*; the direction cosine matrix \[BN\] takes inertial to body
+//! components, v_B = \[BN\] v_N; principal axis and angle turn N into B right-handed, so that
+//! \[BN\] = I - sin(theta)[l x] + (1 - cos(theta))[l x]^2; the rotation vector is theta l, the modified Rodrigues
 //! parameters l tan(theta/4); Euler angles turn N into B about axes i, then j, then k of the moving frame,
-//! [BN] = R_k R_j R_i (Schaub & Junkins 2018, chapter 3).
+//! \[BN\] = R_k R_j R_i (Schaub & Junkins 2018, chapter 3).
 //!
 //! Conversions go through the quaternion, which has no singular place: matrix by Shepperd 1978, angles by atan2, so that
 //! nothing is lost at 0 and pi. Angles come out in 0..pi, parameters with |sigma| <= 1.
@@ -17,7 +17,7 @@ use std::f64::consts::FRAC_PI_2;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Quaternion(pub DQuat);
 
-/// Direction cosine matrix [BN]: inertial to body components.
+/// Direction cosine matrix \[BN\]: inertial to body components.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Dcm(pub DMat3);
 
@@ -61,6 +61,13 @@ impl Sequence {
     /// All twelve.
     pub fn all() -> impl Iterator<Item = Self> {
         (0..27).filter_map(|n| Self::new([n / 9 + 1, n / 3 % 3 + 1, n % 3 + 1]))
+    }
+}
+
+impl std::fmt::Display for Sequence {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        let [i, j, k] = self.0.map(|axis| axis + 1);
+        write!(f, "{i}-{j}-{k}")
     }
 }
 

@@ -33,7 +33,7 @@ impl Occultation {
         // the ellipsoid is x.M.x = 1
         let form = |x: DVec3, y: DVec3| x.dot(y) * over_a2 + (over_b2 - over_a2) * x.dot(pole) * y.dot(pole);
         let outside = form(satellite, satellite) - 1.0;
-        if !(outside > 0.0) {
+        if outside.is_nan() || outside <= 0.0 {
             return None;
         }
         let to_sun = sun - satellite;

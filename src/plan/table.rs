@@ -99,7 +99,8 @@ pub fn windows(objects: &[Named], scene: &Scene) -> Table {
     table
 }
 
-fn why(window: &Window, limits: &PlanLimits) -> String {
+/// What limits a window, in words: the conditions before and after it, or those broken in it with their shares of its time.
+pub fn why(window: &Window, limits: &PlanLimits) -> String {
     match &window.limits {
         Limits::Edges { opens, closes } => {
             let edge = |word: &str, reason: &Option<super::windows::Reason>| {

@@ -1,6 +1,6 @@
 //! Error against run time of the approximations in a frame, each against its reference twin.
 //!
-//! * `astro.*`: the geometry, in [`super::astro_accuracy`].
+//! * `astro.*`: the geometry, in `astro_accuracy`.
 //! * `sky.nodes`: the sky's means on a grid of nodes, bilinear between them, against evaluation at the pixel.
 //! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
 //! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.

@@ -13,17 +13,37 @@ ROOT = Path(__file__).resolve().parents[2]
 
 
 @pytest.fixture(scope="session")
-def nightglass():
-    """Call as nightglass("plan", scene, ...): runs the binary, returns its standard output."""
+def execute():
+    """Call as execute(exit code expected, "plan", scene, ...): the finished process."""
     binary = Path(os.environ.get("NIGHTGLASS_BIN", ROOT / "target" / "release" / "nightglass"))
     if not binary.is_file():
         pytest.fail(f"{binary} does not exist: cargo build --release, or set NIGHTGLASS_BIN")
 
-    def call(*arguments):
+    def call(code, *arguments):
         command = [str(binary.resolve()), *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=150)
-        assert done.returncode == 0, f"{' '.join(command)}\nexit {done.returncode}\n{done.stderr}"
-        return done.stdout
+        assert done.returncode == code, (
+            f"{' '.join(command)}\nexit {done.returncode}\n{done.stderr}"
+        )
+        return done
+
+    return call
+
+
+@pytest.fixture(scope="session")
+def nightglass(execute):
+    """Call as nightglass("plan", scene, ...): runs the binary, returns its standard output."""
+    return lambda *arguments: execute(0, *arguments).stdout
+
+
+@pytest.fixture(scope="session")
+def refused(execute):
+    """Call as refused("plan", scene, ...): what the binary says to bad input, exit code 2."""
+
+    def call(*arguments):
+        done = execute(2, *arguments)
+        assert done.stdout == ""
+        return done.stderr
 
     return call
 

@@ -1,0 +1,246 @@
+"""Orbits from states, elements, mean elements and ephemerides; attitudes.
+
+Integrated orbits against scipy's DOP853 with forces of its own; messages made from two-line sets
+against the two-line sets.
+"""
+
+import json
+
+import erfa
+import numpy as np
+import pytest
+from astropy.time import Time, TimeDelta
+from messages import (
+    mean_elements,
+    oem_kvn,
+    oem_xml,
+    omm_celestrak,
+    omm_kvn,
+    omm_space_track,
+    omm_xml,
+)
+from night_reference import Sky
+from orbit_reference import field, potential, state_of, trajectory
+from places_reference import Station, satellite
+from scenes import GOES_14, ISS, MOLNIYA_3_50, scene
+
+START = Time("2018-01-19T00:00:00", scale="utc")
+DAY_S = 86400.0
+KEPLER = ("a_km", "e", "i_deg", "raan_deg", "argp_deg", "mean_anomaly_deg")
+ORBITS = {
+    # name: elements, first exposure [s from their epoch], limit [m]
+    "leo": ((7078.137, 0.01, 98.2, 40.0, 30.0, 10.0), 0.0, 1e-4),
+    "gps": ((26560.0, 0.01, 55.0, 120.0, 60.0, 200.0), 0.0, 1e-3),
+    "geo": ((42164.2, 0.0003, 0.05, 10.0, 20.0, 320.0), -DAY_S, 0.01),
+    "gto": ((24400.0, 0.73, 7.0, 80.0, 178.0, 0.0), 0.0, 0.01),
+    "e=0.95": ((150000.0, 0.95, 40.0, 200.0, 270.0, 10.0), -DAY_S, 0.02),
+}
+ORBIT_COUNT = 97
+ORBIT_CADENCE_S = 1800.0
+
+# satellite: elements, first epoch of the ephemeris, its step [s], number of epochs
+EPHEMERIDES = {
+    "iss": (ISS, "2018-01-21T01:00:00", 60.0, 181),
+    "goes14": (GOES_14, "2018-01-20T00:00:00", 600.0, 145),
+}
+FRAMES = ("GCRF", "EME2000", "TEME", "ITRF2014")
+SCALES = ("UTC", "TAI", "GPS", "TT")
+INTERPOLATIONS = (("LAGRANGE", 9), ("HERMITE", 7), ("HERMITE", 11))
+OEM_LIMIT_M = 0.01
+
+
+def orbit_scene(orbit, start, count, cadence_s, duration_s=0.0, attitude=""):
+    """A scene with one target; `orbit` is the body of its table."""
+    return scene(
+        exposures=f"""start = {start}Z
+count = {count}
+cadence_s = {cadence_s!r}
+duration_s = {duration_s!r}""",
+        pointing='at = "target"',
+        targets=f"""
+[[target]]
+name = "satellite"
+[target.brightness]
+mag_v = 12.5
+[target.orbit]
+{orbit}
+{attitude}
+""",
+    )
+
+
+@pytest.fixture(scope="module")
+def planned(nightglass, tmp_path_factory):
+    """Call as planned(scene text): the JSON of plan."""
+
+    def call(text):
+        path = tmp_path_factory.mktemp("plan") / "scene.toml"
+        path.write_text(text)
+        return json.loads(nightglass("plan", path, "--json", "-q"))
+
+    return call
+
+
+def column(rows, name):
+    return np.array([row[name] for row in rows])
+
+
+def vectors(rows):
+    """From observer to satellite [km], light time in the geocentric frame."""
+    ra, dec = np.radians([column(rows, "ra_gcrs_deg"), column(rows, "dec_gcrs_deg")])
+    direction = [np.cos(dec) * np.cos(ra), np.cos(dec) * np.sin(ra), np.sin(dec)]
+    return column(rows, "range_km")[:, None] * np.stack(direction, -1)
+
+
+def apart_m(a, b):
+    return 1e3 * float(np.linalg.norm(a - b, axis=-1).max())
+
+
+def test_the_reference_field_is_the_gradient_of_its_potential():
+    for place in ([7000.0, 1000.0, 2000.0], [-3000.0, 5000.0, -4000.0], [100.0, -200.0, 7000.0]):
+        near, far = (
+            [potential(place + h * axis) - potential(place - h * axis) for axis in np.eye(3)]
+            for h in (20.0, 40.0)
+        )
+        slope = (8.0 * np.array(near) - far) / 240.0
+        np.testing.assert_allclose(field(np.array(place)), slope, rtol=0.0, atol=1e-13)
+
+
+def state_toml(epoch, position, velocity):
+    return f"""[target.orbit.state]
+epoch = {epoch}Z
+frame = "gcrs"
+position_km = {position.tolist()}
+velocity_km_s = {velocity.tolist()}"""
+
+
+@pytest.fixture(scope="module", params=ORBITS)
+def integrated(request, planned):
+    """(name, exposures [s from the epoch], rows of plan from the state)."""
+    elements, first_s, _ = ORBITS[request.param]
+    opening = START + TimeDelta(first_s, format="sec")
+    state = state_toml(START.isot, *state_of(*elements))
+    text = orbit_scene(state, opening.isot, ORBIT_COUNT, ORBIT_CADENCE_S)
+    return request.param, first_s + ORBIT_CADENCE_S * np.arange(ORBIT_COUNT), planned(text)
+
+
+def test_an_integrated_orbit(integrated):
+    name, seconds, plan = integrated
+    elements, _, limit_m = ORBITS[name]
+    place = trajectory(START, *state_of(*elements), min(seconds[0] - 1.0, 0.0), seconds[-1])
+    sky = Sky(START, seconds[-1])
+    expected, _ = sky.seen(place, sky.station(Station(), seconds)[0], seconds)
+    off = apart_m(vectors(plan["rows"]), expected)
+    print(f"{name}: integrated over 2 days: {off:.2g} m off")
+    assert off < limit_m
+
+
+def test_elements_are_the_state_they_stand_for(integrated, planned):
+    name, seconds, plan = integrated
+    keys = "\n".join(f"{key} = {value!r}" for key, value in zip(KEPLER, ORBITS[name][0]))
+    kepler = f'[target.orbit.kepler]\nepoch = {START.isot}Z\nframe = "gcrs"\n{keys}'
+    opening = START + TimeDelta(seconds[0], format="sec")
+    other = planned(orbit_scene(kepler, opening.isot, ORBIT_COUNT, ORBIT_CADENCE_S))
+    off = apart_m(vectors(plan["rows"]), vectors(other["rows"]))
+    print(f"{name}: elements against state: {off:.2g} m")
+    assert off < 1e-4
+
+
+def tle_toml(tle):
+    return f'tle = ["{tle[0]}", "{tle[1]}"]'
+
+
+def nightly(orbit, attitude=""):
+    """Ten exposures of some orbit among whose columns many change."""
+    return orbit_scene(orbit, "2018-01-21T00:00:00", 10, 1717.0, 3.0, attitude)
+
+
+@pytest.mark.parametrize("tle", [ISS, GOES_14, MOLNIYA_3_50], ids=["iss", "goes14", "molniya"])
+@pytest.mark.parametrize("write", [omm_kvn, omm_xml, omm_space_track, omm_celestrak])
+def test_mean_elements_are_the_two_line_set(planned, tmp_path, tle, write):
+    path = tmp_path / "elements.omm"
+    path.write_text(write(mean_elements("SATELLITE & CO", *tle)))
+    expected, found = planned(nightly(tle_toml(tle))), planned(nightly(f'omm = "{path}"'))
+    for row, other in zip(expected["rows"], found["rows"], strict=True):
+        assert row.keys() == other.keys()
+        for name, value in row.items():
+            if isinstance(value, float):
+                assert abs(other[name] - value) < 1e-9, name
+            else:
+                assert other[name] == value, name
+
+
+class Ephemeris:
+    """States of a two-line set at equal steps, in any frame."""
+
+    def __init__(self, tle, first, step_s, count):
+        self.seconds = step_s * np.arange(count)
+        self.sky = Sky(Time(first, scale="utc", precision=9), self.seconds[-1])
+        self.sat = satellite(*tle)
+        self.exposures_s = np.linspace(1.3 * step_s, (count - 2.3) * step_s, 60)
+
+    def place(self, frame):
+        gcrs = self.sky.satellite(self.sat)
+        if frame == "TEME":
+            return lambda seconds: self.teme(self.sky.time(seconds))
+        if frame == "EME2000":
+            bias, _, _ = erfa.bp06(erfa.DJ00, 0.0)
+            return lambda seconds: gcrs(seconds) @ bias.T
+        if frame == "ITRF2014":
+            return lambda seconds: erfa.rxp(self.sky.to_itrf(seconds), gcrs(seconds))
+        return gcrs
+
+    def teme(self, t):
+        return self.sat.sgp4_array(t.utc.jd1, t.utc.jd2)[1]
+
+    def states(self, frame):
+        """Positions, and velocities by five-point differences of 1 s."""
+        place = self.place(frame)
+        near, far = (place(self.seconds + h) - place(self.seconds - h) for h in (1.0, 2.0))
+        return np.concatenate([place(self.seconds), (8.0 * near - far) / 12.0], axis=1)
+
+    def epochs(self, scale):
+        t = self.sky.time(self.seconds)
+        if scale == "GPS":
+            return (t.tai - TimeDelta(19.0, format="sec")).isot
+        return getattr(t, scale.lower()).isot
+
+
+@pytest.fixture(scope="module", params=EPHEMERIDES)
+def ephemeris(request, planned):
+    """(name, its states, rows of plan from the two-line set)."""
+    tle, *steps = EPHEMERIDES[request.param]
+    made = Ephemeris(tle, *steps)
+    return request.param, made, planned(exposures_of(made, tle_toml(tle)))["rows"]
+
+
+def exposures_of(made, orbit):
+    first, step = made.exposures_s[0], made.exposures_s[1] - made.exposures_s[0]
+    opening = made.sky.time(first).isot
+    return orbit_scene(orbit, opening, len(made.exposures_s), float(step))
+
+
+def halves(epochs, states):
+    """Two segments; the first ends where the second begins, usable but for the outermost steps."""
+    rows = list(zip(epochs, states.tolist()))
+    half = len(rows) // 2
+    return rows[: half + 2], rows[half - 1 :]
+
+
+@pytest.mark.parametrize("frame", FRAMES)
+def test_an_ephemeris_is_the_two_line_set_it_is_made_from(ephemeris, planned, tmp_path, frame):
+    name, made, expected = ephemeris
+    states, index = made.states(frame), FRAMES.index(frame)
+    for number, interpolation in enumerate(INTERPOLATIONS):
+        scale = SCALES[(index + number) % len(SCALES)]
+        write = (oem_kvn, oem_xml)[(index // 2 + number) % 2]
+        path = tmp_path / f"{number}.oem"
+        path.write_text(write(halves(made.epochs(scale), states), frame, scale, *interpolation))
+        rows = planned(exposures_of(made, f'oem = "{path}"'))["rows"]
+        off = apart_m(vectors(rows), vectors(expected))
+        kind = f"{write.__name__}, {frame}, {scale}, {interpolation[0]} {interpolation[1]}"
+        print(f"{name}: {kind}: {off:.2g} m")
+        assert off < OEM_LIMIT_M
+        for row, other in zip(rows, expected, strict=True):
+            for angle in ("ra_deg", "dec_deg", "az_deg", "el_deg", "phase_deg"):
+                assert abs(row[angle] - other[angle]) < 1e-6, angle
