@@ -63,6 +63,13 @@ class Sky:
         celestial = erfa.c2ixys(x + dx, y + dy, s)
         return erfa.c2tcio(celestial, erfa.era00(t.ut1.jd1, t.ut1.jd2), polar_motion(t))
 
+    def teme_to_gcrs(self, seconds, vectors):
+        t = self.time(seconds)
+        xp, yp, _, _ = orientation(t)
+        gmst = erfa.gmst82(t.ut1.jd1, t.ut1.jd2)
+        turn = erfa.pom00(xp, yp, 0.0) @ erfa.rz(gmst, np.eye(3))
+        return erfa.trxp(self.to_itrf(seconds), erfa.rxp(turn, vectors))
+
     def satellite(self, sat):
         """Place of a satellite of SGP4 as a function of seconds."""
 
@@ -70,10 +77,7 @@ class Sky:
             t = self.time(seconds)
             errors, teme, _ = sat.sgp4_array(t.utc.jd1, t.utc.jd2)
             assert not errors.any()
-            xp, yp, _, _ = orientation(t)
-            gmst = erfa.gmst82(t.ut1.jd1, t.ut1.jd2)
-            turn = erfa.pom00(xp, yp, 0.0) @ erfa.rz(gmst, np.eye(3))
-            return erfa.trxp(self.to_itrf(seconds), erfa.rxp(turn, teme))
+            return self.teme_to_gcrs(seconds, teme)
 
         return place
 

@@ -26,7 +26,7 @@ from astropy.coordinates import (
     get_body,
     solar_system_ephemeris,
 )
-from astropy.time import TimeDelta
+from astropy.time import Time, TimeDelta
 from astropy.utils import iers
 from sgp4.api import WGS72, Satrec
 
@@ -110,7 +110,10 @@ def gcrs_to_itrf(t):
 
 def satellite_gcrs(sat, t):
     """Geocentric position [km], GCRS."""
-    error, teme, _ = sat.sgp4(t.utc.jd1, t.utc.jd2)
+    # SI seconds since the epoch: quasi Julian dates of UTC stretch a day with a leap second
+    epoch = Time(sat.jdsatepoch, sat.jdsatepochF, format="jd", scale="utc").tai
+    days = (t.tai.jd1 - epoch.jd1) + (t.tai.jd2 - epoch.jd2)
+    error, teme, _ = sat.sgp4_tsince(1440.0 * days)
     assert error == 0
     gmst = erfa.gmst82(t.ut1.jd1, t.ut1.jd2)
     xp, yp, _, _ = orientation(t)

@@ -9,6 +9,7 @@ import json
 import erfa
 import numpy as np
 import pytest
+from astropy.table import Table
 from astropy.time import Time, TimeDelta
 from messages import (
     mean_elements,
@@ -19,10 +20,12 @@ from messages import (
     omm_space_track,
     omm_xml,
 )
-from night_reference import Sky
+from night_reference import Sky, angles_deg, dot, unit
 from orbit_reference import field, potential, state_of, trajectory
 from places_reference import Station, satellite
 from scenes import GOES_14, ISS, MOLNIYA_3_50, scene
+from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation, Slerp
 
 START = Time("2018-01-19T00:00:00", scale="utc")
 DAY_S = 86400.0
@@ -244,3 +247,210 @@ def test_an_ephemeris_is_the_two_line_set_it_is_made_from(ephemeris, planned, tm
         for row, other in zip(rows, expected, strict=True):
             for angle in ("ra_deg", "dec_deg", "az_deg", "el_deg", "phase_deg"):
                 assert abs(row[angle] - other[angle]) < 1e-6, angle
+
+
+class Watched:
+    """Exposures of a two-line set: instants of emission, and the directions an attitude needs."""
+
+    def __init__(self, tle, start, count, cadence_s, duration_s):
+        self.exposures = (start, count, cadence_s, duration_s)
+        self.orbit = tle_toml(tle)
+        self.sky = Sky(Time(start, scale="utc"), cadence_s * count)
+        received_s = cadence_s * np.arange(count) + duration_s / 2.0
+        sat = satellite(*tle)
+        observer, _ = self.sky.station(Station(), received_s)
+        away, tau = self.sky.seen(self.sky.satellite(sat), observer, received_s)
+        self.emitted_s = received_s - tau
+        t = self.sky.time(self.emitted_s)
+        position, velocity = (
+            self.sky.teme_to_gcrs(self.emitted_s, teme)
+            for teme in sat.sgp4_array(t.utc.jd1, t.utc.jd2)[1:]
+        )
+        self.directions = {
+            "earth": unit(-position),
+            "sun": unit(self.sky.sun(self.emitted_s) - position),  # geometric
+            "velocity": unit(velocity),  # of SGP4; the derivative of its place is 2 arcsec off
+            "observer": unit(-away),
+        }
+
+    def scene(self, attitude):
+        return orbit_scene(self.orbit, *self.exposures, f"[target.attitude]\n{attitude}")
+
+
+def triads(first, second):
+    """Matrices whose columns are the first, the second as far as it is square to it, the third."""
+    first = unit(first)
+    second = unit(second - dot(first, second)[..., None] * first)
+    return np.stack([first, second, np.cross(first, second)], -1)
+
+
+def aligned(watched, point_body, point_to, turn_body, turn_to):
+    to = triads(watched.directions[point_to], watched.directions[turn_to])
+    return Rotation.from_matrix(to @ triads(np.array(point_body), np.array(turn_body)).T)
+
+
+def inertial(watched, quaternion):
+    turn = Rotation.from_quat(quaternion, scalar_first=True)
+    return Rotation.concatenate([turn] * len(watched.emitted_s))
+
+
+def spin(watched, quaternion, axis, period_s, phase_deg, epoch_s):
+    angle = 2.0 * np.pi * (watched.emitted_s - epoch_s) / period_s + np.radians(phase_deg)
+    turns = Rotation.from_rotvec(angle[:, None] * unit(np.array(axis)))
+    return turns * inertial(watched, quaternion)
+
+
+def tumble(watched, quaternion, inertia, rate_deg_s, epoch_s):
+    """Euler's equations with dq/dt = q (0, w) / 2, by DOP853."""
+    inertia = np.array(inertia)
+
+    def motion(_, state):
+        q, w = state[:4], state[4:]
+        turning = 0.5 * np.append(-q[1:] @ w, q[0] * w + np.cross(q[1:], w))
+        return np.append(turning, np.cross(inertia * w, w) / inertia)
+
+    start = np.append(unit(np.array(quaternion)), np.radians(rate_deg_s))
+    span = (epoch_s, watched.emitted_s[-1])
+    found = solve_ivp(
+        motion, span, start, "DOP853", t_eval=watched.emitted_s, rtol=1e-12, atol=1e-13
+    )
+    return Rotation.from_quat(found.y[:4].T, scalar_first=True)
+
+
+def table_csv(watched, turns, step_s):
+    """Attitudes at equal steps from the first exposure, every other one with its sign turned."""
+    lines = ["time_utc,q0,q1,q2,q3"]
+    for number, turn in enumerate(turns.as_quat(scalar_first=True)):
+        sign = -1.0 if number % 2 else 1.0
+        time = watched.sky.time(step_s * (number - 1)).isot
+        lines.append(",".join([time, *(repr(float(sign * q)) for q in turn)]))
+    return "\n".join(lines) + "\n"
+
+
+GEO_WATCH = (GOES_14, "2018-01-20T03:00:00", 12, 2700.0, 5.0)
+LEO_WATCH = (ISS, "2018-01-21T01:30:00", 20, 301.0, 1.0)
+TILTED = [0.5, -0.1, 0.7, 0.5]  # of norm 1
+AXES = ([1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0])
+X, Y, Z = AXES
+ATTITUDES = {
+    # name: exposures, lines of the scene, reference, limit [deg]
+    "inertial": (
+        LEO_WATCH,
+        f'mode = "inertial"\nquaternion = {TILTED}',
+        lambda watched: inertial(watched, TILTED),
+        1e-9,
+    ),
+    "spin": (
+        GEO_WATCH,
+        """mode = "spin"
+axis = [3.0, -4.0, 12.0]
+period_s = 97.0
+phase_deg = 60.0""",
+        lambda watched: spin(watched, [1.0, 0.0, 0.0, 0.0], [3.0, -4.0, 12.0], 97.0, 60.0, 0.0),
+        1e-4,
+    ),
+    "spin from an epoch": (
+        LEO_WATCH,
+        f"""mode = "spin"
+quaternion = {TILTED}
+axis = [0.0, 1.0, -1.0]
+period_s = 3.0
+phase_deg = -45.0
+epoch = 2018-01-21T00:30:00Z""",
+        lambda watched: spin(watched, TILTED, [0.0, 1.0, -1.0], 3.0, -45.0, -3600.0),
+        1e-3,
+    ),
+    "nadir of a low orbit": (
+        LEO_WATCH,
+        'mode = "nadir"',
+        lambda watched: aligned(watched, Z, "earth", X, "velocity"),
+        1e-6,
+    ),
+    "nadir of a high orbit": (
+        GEO_WATCH,
+        'mode = "nadir"',
+        lambda watched: aligned(watched, Z, "earth", X, "velocity"),
+        1e-6,
+    ),
+    "sun": (
+        GEO_WATCH,
+        'mode = "sun"',
+        lambda watched: aligned(watched, Z, "sun", X, "velocity"),
+        1e-5,
+    ),
+    "aligned to the observer": (
+        LEO_WATCH,
+        """mode = "aligned"
+point_body = [1.0, 2.0, 2.0]
+point_to = "observer"
+turn_body = [0.0, 0.0, -1.0]
+turn_to = "sun\"""",
+        lambda watched: aligned(watched, [1.0, 2.0, 2.0], "observer", [0.0, 0.0, -1.0], "sun"),
+        1e-6,
+    ),
+    "aligned to the velocity": (
+        GEO_WATCH,
+        """mode = "aligned"
+point_body = [0.0, -5.0, 0.0]
+point_to = "velocity"
+turn_body = [0.0, 1.0, 1.0]
+turn_to = "earth\"""",
+        lambda watched: aligned(watched, [0.0, -5.0, 0.0], "velocity", [0.0, 1.0, 1.0], "earth"),
+        1e-6,
+    ),
+    "tumble": (
+        LEO_WATCH,
+        f"""mode = "tumble"
+quaternion = {TILTED}
+inertia_kg_m2 = [1.0, 2.0, 2.5]
+rate_deg_s = [0.1, 2.0, 0.3]""",
+        lambda watched: tumble(watched, TILTED, [1.0, 2.0, 2.5], [0.1, 2.0, 0.3], 0.0),
+        1e-4,
+    ),
+    "tumble from an epoch": (
+        GEO_WATCH,
+        """mode = "tumble"
+inertia_kg_m2 = [500.0, 120.0, 480.0]
+rate_deg_s = [0.02, -0.1, 0.05]
+epoch = 2018-01-20T02:00:00Z""",
+        lambda watched: tumble(
+            watched, [1.0, 0.0, 0.0, 0.0], [500.0, 120.0, 480.0], [0.02, -0.1, 0.05], -3600.0
+        ),
+        1e-4,
+    ),
+}
+
+
+def assert_attitudes(name, watched, rows, expected, limit_deg):
+    quaternions = np.stack([column(rows, f"q{i}") for i in range(4)], -1)
+    np.testing.assert_allclose(np.linalg.norm(quaternions, axis=1), 1.0, rtol=0.0, atol=1e-12)
+    found = Rotation.from_quat(quaternions, scalar_first=True)
+    off = np.degrees((found * expected.inv()).magnitude().max())
+    print(f"attitude, {name}: {off:.2g} deg off")
+    assert off < limit_deg
+    for body, direction in (("sun", "sun"), ("obs", "observer")):
+        seen = np.stack([column(rows, f"{body}_body_{axis}") for axis in "xyz"], -1)
+        assert angles_deg(found.apply(seen), watched.directions[direction]).max() < 1e-5
+
+
+@pytest.mark.parametrize("name", ATTITUDES)
+def test_attitude(produce, planned, name):
+    exposures, lines, reference, limit_deg = ATTITUDES[name]
+    watched = Watched(*exposures)
+    text = watched.scene(lines)
+    rows = planned(text)["attitudes"]
+    assert_attitudes(name, watched, rows, reference(watched), limit_deg)
+    table = Table.read(produce("plan", text) / "attitude.ecsv", format="ascii.ecsv")
+    for row, other in zip(table, rows, strict=True):
+        assert {key: row[key] for key in table.colnames} == other
+
+
+def test_attitudes_of_a_table(planned, tmp_path):
+    watched = Watched(*LEO_WATCH)
+    step_s, count = 400.0, 20
+    turns = Rotation.random(count, np.random.default_rng(1))
+    path = tmp_path / "attitude.csv"
+    path.write_text(table_csv(watched, turns, step_s))
+    rows = planned(watched.scene(f'mode = "table"\nfile = "{path}"'))["attitudes"]
+    between = Slerp(step_s * (np.arange(count) - 1.0), turns)
+    assert_attitudes("table", watched, rows, between(watched.emitted_s), 1e-5)
