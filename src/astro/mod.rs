@@ -7,6 +7,7 @@ pub mod attitude;
 pub mod bodies;
 pub mod daily;
 pub mod earth;
+pub mod elliptic;
 pub mod eop;
 pub mod geodetic;
 pub mod moon;

@@ -5,6 +5,7 @@ against the two-line sets.
 """
 
 import json
+import shutil
 
 import erfa
 import numpy as np
@@ -20,7 +21,7 @@ from messages import (
     omm_space_track,
     omm_xml,
 )
-from night_reference import Sky, angles_deg, dot, unit
+from night_reference import Ephemeris, Sky, angles_deg, dot, unit
 from orbit_reference import field, potential, state_of, trajectory
 from places_reference import Station, satellite
 from scenes import GOES_14, ISS, MOLNIYA_3_50, scene
@@ -173,42 +174,6 @@ def test_mean_elements_are_the_two_line_set(planned, tmp_path, tle, write):
                 assert other[name] == value, name
 
 
-class Ephemeris:
-    """States of a two-line set at equal steps, in any frame."""
-
-    def __init__(self, tle, first, step_s, count):
-        self.seconds = step_s * np.arange(count)
-        self.sky = Sky(Time(first, scale="utc", precision=9), self.seconds[-1])
-        self.sat = satellite(*tle)
-        self.exposures_s = np.linspace(1.3 * step_s, (count - 2.3) * step_s, 60)
-
-    def place(self, frame):
-        gcrs = self.sky.satellite(self.sat)
-        if frame == "TEME":
-            return lambda seconds: self.teme(self.sky.time(seconds))
-        if frame == "EME2000":
-            bias, _, _ = erfa.bp06(erfa.DJ00, 0.0)
-            return lambda seconds: gcrs(seconds) @ bias.T
-        if frame == "ITRF2014":
-            return lambda seconds: erfa.rxp(self.sky.to_itrf(seconds), gcrs(seconds))
-        return gcrs
-
-    def teme(self, t):
-        return self.sat.sgp4_array(t.utc.jd1, t.utc.jd2)[1]
-
-    def states(self, frame):
-        """Positions, and velocities by five-point differences of 1 s."""
-        place = self.place(frame)
-        near, far = (place(self.seconds + h) - place(self.seconds - h) for h in (1.0, 2.0))
-        return np.concatenate([place(self.seconds), (8.0 * near - far) / 12.0], axis=1)
-
-    def epochs(self, scale):
-        t = self.sky.time(self.seconds)
-        if scale == "GPS":
-            return (t.tai - TimeDelta(19.0, format="sec")).isot
-        return getattr(t, scale.lower()).isot
-
-
 @pytest.fixture(scope="module", params=EPHEMERIDES)
 def ephemeris(request, planned):
     """(name, its states, rows of plan from the two-line set)."""
@@ -217,10 +182,10 @@ def ephemeris(request, planned):
     return request.param, made, planned(exposures_of(made, tle_toml(tle)))["rows"]
 
 
-def exposures_of(made, orbit):
-    first, step = made.exposures_s[0], made.exposures_s[1] - made.exposures_s[0]
-    opening = made.sky.time(first).isot
-    return orbit_scene(orbit, opening, len(made.exposures_s), float(step))
+def exposures_of(made, orbit, count=60):
+    """Instantaneous exposures across all that is usable."""
+    low, high = made.seconds[1] + 1.0, made.seconds[-2] - 1.0
+    return orbit_scene(orbit, made.sky.time(low).isot, count, float(high - low) / (count - 1))
 
 
 def halves(epochs, states):
@@ -454,3 +419,60 @@ def test_attitudes_of_a_table(planned, tmp_path):
     rows = planned(watched.scene(f'mode = "table"\nfile = "{path}"'))["attitudes"]
     between = Slerp(step_s * (np.arange(count) - 1.0), turns)
     assert_attitudes("table", watched, rows, between(watched.emitted_s), 1e-5)
+
+
+def test_a_resolved_scene_is_complete(nightglass, tmp_path):
+    """Messages and attitudes travel with it, files of the same name too."""
+    watched, count = Watched(*GEO_WATCH), 25
+    made = Ephemeris(*EPHEMERIDES["goes14"])
+    segments = halves(made.epochs("TAI"), made.states("TEME"))
+    contents = {
+        "a/orbit.dat": omm_celestrak(mean_elements("GOES 14", *GOES_14)),
+        "b/orbit.dat": oem_xml(segments, "TEME", "TAI", "HERMITE", 7),
+        "c/orbit.dat": "\n".join(["GOES 14", *GOES_14]) + "\n",
+    }
+    for seed, folder in enumerate("ab"):
+        turns = Rotation.random(count, np.random.default_rng(seed))
+        contents[f"{folder}/attitude.csv"] = table_csv(watched, turns, 1800.0)
+    for path, content in contents.items():
+        (tmp_path / path).parent.mkdir(exist_ok=True)
+        (tmp_path / path).write_text(content)
+    tables = {
+        "a": 'mode = "table"\nfile = "a/attitude.csv"',
+        "b": 'mode = "table"\nfile = "b/attitude.csv"',
+        "c": 'mode = "spin"\naxis = [1.0, 2.0, 3.0]\nperiod_s = 77.0',  # from exposures.start
+    }
+    targets = "".join(
+        f"""
+[[target]]
+name = "{folder}"
+[target.brightness]
+mag_v = 12.5
+[target.orbit]
+{kind} = "{folder}/orbit.dat"
+[target.attitude]
+{tables[folder]}
+"""
+        for folder, kind in zip("abc", ("omm", "oem", "tle"))
+    )
+    start, number, cadence_s, duration_s = watched.exposures
+    text = scene(
+        exposures=f"""start = {start}Z
+count = {number}
+cadence_s = {cadence_s}
+duration_s = {duration_s}""",
+        pointing='at = "target"',
+        targets=targets,
+    )
+    (tmp_path / "scene.toml").write_text(text)
+    part = ("--crop", "1800,1800,64,64", "--frames", "0..1", "-q")
+
+    first, again = tmp_path / "first", tmp_path / "again"
+    plan = nightglass("plan", tmp_path / "scene.toml", "--json", "-q")
+    nightglass("render", tmp_path / "scene.toml", "-o", first, *part)
+    for folder in "abc":
+        shutil.rmtree(tmp_path / folder)
+    assert nightglass("plan", first / "scene.toml", "--json", "-q") == plan
+    nightglass("render", first / "scene.toml", "-o", again, *part)
+    for name in ("scene.toml", "plan.ecsv", "truth.ecsv", "frames/0000.fits"):
+        assert (again / name).read_bytes() == (first / name).read_bytes(), name

@@ -9,6 +9,7 @@
 pub mod catalogue;
 pub mod elements;
 pub mod force;
+pub mod interpolate;
 pub mod kepler;
 pub mod numerical;
 pub mod oem;
