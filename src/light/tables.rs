@@ -28,7 +28,13 @@ const EXTINCTION: [(&str, &str); 3] = [
     ("ctio", table!("extinction/ctio")),
     ("krag2003", table!("extinction/krag2003")),
 ];
-const FILTER: [(&str, &str); 2] = [("V", table!("passbands/V")), ("G", table!("passbands/G"))];
+const FILTER: [(&str, &str); 5] = [
+    ("B", table!("passbands/B")),
+    ("V", table!("passbands/V")),
+    ("R", table!("passbands/R")),
+    ("I", table!("passbands/I")),
+    ("G", table!("passbands/G")),
+];
 const QE: [(&str, &str); 5] = [
     ("kaf16803", table!("qe/kaf16803")),
     ("krag2003", table!("qe/krag2003")),

@@ -47,7 +47,7 @@ pub(super) static KEYS: &[Key] = &[
     key("telescope.plate_scale_arcsec", Above(0.0, 3600.0), "arcsec/px", Must("0.725447016"), "per pixel; or give focal_length_m"),
     key("telescope.focal_length_m", Above(0.0, 10_000.0), "m", Must("2.559"), "instead of plate_scale_arcsec"),
     key("telescope.throughput", Above(0.0, 1.0), "", Must("0.5"), "mirrors, glass, losses; without QE, obstruction, atmosphere, filter"),
-    key("telescope.filter", WordOrFile(&["none", "V", "G"], &["B", "R", "I"], "a CSV of nm, transmission", true), "", Is("\"none\""), "filter"),
+    key("telescope.filter", WordOrFile(&["none", "B", "V", "R", "I", "G"], &[], "a CSV of nm, transmission", true), "", Is("\"none\""), "filter"),
     key("telescope.position_angle_deg", Real(-360.0, 360.0), "deg", Is("0.0"), "of the +y axis, from north through east"),
     key("telescope.mirrored", Flag, "", Is("false"), "false: east to the left when north is up"),
     key("telescope.psf", WordOrFile(&["gaussian", "moffat"], &["airy", "kolmogorov"], "a FITS image", false), "", Is("\"moffat\""), "shape of a star's image"),

@@ -22,9 +22,9 @@ def execute():
     def call(code, *arguments):
         command = [str(binary.resolve()), *map(str, arguments)]
         done = subprocess.run(command, capture_output=True, text=True, timeout=150)
-        assert done.returncode == code, (
-            f"{' '.join(command)}\nexit {done.returncode}\n{done.stderr}"
-        )
+        assert (
+            done.returncode == code
+        ), f"{' '.join(command)}\nexit {done.returncode}\n{done.stderr}"
         return done
 
     return call

@@ -123,7 +123,7 @@ def omm_celestrak(fields):
 
 
 def oem_metadata(segment, frame, time_system, interpolation, degree):
-    """Keyword -> value; a segment is a list of (epoch, six or nine numbers), usable but its ends."""
+    """Keyword -> value; a segment is a list of (epoch, six numbers), usable but for its ends."""
     return {
         "OBJECT_NAME": "SATELLITE & CO",
         "OBJECT_ID": "1998-067A",

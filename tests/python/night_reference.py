@@ -9,12 +9,10 @@ import erfa
 import numpy as np
 from astropy.time import Time, TimeDelta
 from places_reference import (
-    AU_KM,
     C_KM_S,
     EARTH_RATE,
     SUN_RADIUS_KM,
     earth,
-    gcrs_to_itrf,
     orientation,
     polar_motion,
     satellite,
@@ -41,7 +39,7 @@ def angles_deg(a, b):
 
 
 class Sky:
-    """Earth orientation, Sun and Moon from `start` over `length_s`, an hour of margin each way."""
+    """Earth orientation, Sun and Moon from `start` over `length_s`, two hours more each way."""
 
     def __init__(self, start, length_s):
         self.start = start

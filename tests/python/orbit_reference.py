@@ -155,9 +155,7 @@ def trajectory(epoch, position, velocity, low_s, high_s):
 
     start = np.concatenate([position, velocity])
     halves = [
-        solve_ivp(
-            motion, (0.0, end), start, "DOP853", dense_output=True, rtol=RTOL, atol=ATOL
-        ).sol
+        solve_ivp(motion, (0.0, end), start, "DOP853", dense_output=True, rtol=RTOL, atol=ATOL).sol
         for end in (low_s, high_s)
         if end != 0.0
     ]

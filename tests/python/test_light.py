@@ -66,6 +66,22 @@ def test_zero_point_of_other_chips(produce, qe):
     assert abs(10 ** (0.4 * (header["MAGZERO"] - expected)) - 1) < 1e-4
 
 
+@pytest.mark.parametrize("band", ["B", "V", "R", "I", "G"])
+def test_zero_point_through_a_filter(produce, band):
+    text = sidereal_field(size=64, duration_s=3.0)
+    options = ("--set", "telescope.throughput=0.5", "--set", f'telescope.filter="{band}"')
+    header = fits.getheader(produce("render", text, *options) / "frames" / "0000.fits")
+    response = light.curve("qe/kaf16803.csv") * light.curve(f"passbands/{band}.csv")
+    air = light.transmission("kpno", header["AIRMASS"])
+    photons = light.photon_rate(light.solar_source(0.0), response * air)
+    rate = 0.5 * header["APTAREA"] * 1e-6 * photons
+    expected = 2.5 * np.log10(rate * header["EXPTIME"] / header["GAIN"])
+    share = 10 ** (0.4 * (header["MAGZERO"] - expected)) - 1
+    print(f"filter {band}: MAGZERO {header['MAGZERO']:.4f}, numpy {expected:.4f}, {share:+.2e}")
+    assert header["FILTER"] == band
+    assert abs(share) < 2e-4
+
+
 def test_net_area(field):
     header, _ = field
     assert header["APTAREA"] == pytest.approx(light.NET_AREA_M2 * 1e6, rel=1e-6)

@@ -107,7 +107,11 @@ CASES = {
 
 
 class Night:
-    """Every criterion over a night: positive where it allows."""
+    """Every criterion over a night: positive where it allows.
+
+    The Sun that sets is the apparent one; the shadow is that of the geometric Sun when the light
+    left the satellite, as in reference_motion.py.
+    """
 
     def __init__(self, case):
         self.case = case
@@ -329,6 +333,16 @@ FIELDS = {
         samples=101,
     ),
 }
+CROSSING_UNITS = {
+    "x_enter_px": "pix",
+    "y_leave_px": "pix",
+    "ra_deg": "deg",
+    "dec_deg": "deg",
+    "range_km": "km",
+    "rate_arcsec_s": "arcsec / s",
+    "phase_deg": "deg",
+    "element_age_d": "d",
+}
 CROSSING_S = 0.05
 PLACE_PX = 0.05
 PLACE_ARCSEC = 0.01
@@ -378,9 +392,11 @@ class Crossings:
                 assert inside.size == last - first + 1
                 seconds = self.seconds[part]
                 found[frame] = [
-                    np.interp(0.0, margin[[out, within]], seconds[[out, within]])
-                    if 0 <= out < part.size
-                    else seconds[within]
+                    (
+                        np.interp(0.0, margin[[out, within]], seconds[[out, within]])
+                        if 0 <= out < part.size
+                        else seconds[within]
+                    )
                     for out, within in ((first - 1, first), (last + 1, last))
                 ]
         return found
@@ -394,8 +410,12 @@ def test_crossings(nightglass, tmp_path, name):
     path.write_text(field.scene)
     sets.write_text(three_line_sets(field.objects))
     nightglass("render", path, "-o", tmp_path / "out", "--crop", "2000,2000,8,8", "-q")
-    command = ("plan", path, "--catalog", sets, "--crossings", "--json", "-q")
-    rows = json.loads(nightglass(*command))["rows"]
+    command = ("plan", path, "--catalog", sets, "--crossings", "-q")
+    rows = json.loads(nightglass(*command, "--json"))["rows"]
+    nightglass(*command, "-o", tmp_path / "crossings")
+    table = Table.read(tmp_path / "crossings" / "crossings.ecsv", format="ascii.ecsv")
+    assert_units(table, CROSSING_UNITS)
+    assert [dict(zip(table.colnames, row)) for row in table] == rows
     found = {(row["frame"], row["catalog_number"]): row for row in rows}
 
     brute = Crossings(field, tmp_path / "out")
