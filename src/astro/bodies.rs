@@ -68,6 +68,15 @@ impl EarthState {
     }
 }
 
+impl EarthState {
+    /// Position of the Sun from the geocentre as its light comes in the Earth's frame \[m\]: one light time ago, which is
+    /// aberration in other words (20.5 arcsec). What it lights, and the Earth's shadow, follow this one: at a geostationary
+    /// distance the shadow lags by the 4 km which the Earth moves while light passes from its limb.
+    pub fn sun_apparent(&self) -> DVec3 {
+        self.to_sun + self.velocity * (self.to_sun.length() / LIGHT_M_S)
+    }
+}
+
 /// Astrometric vector from a place `observer_gcrs` \[m\] to the Sun \[m\]: the Sun one light time ago, seen
 /// from the observer now, both barycentric.
 pub fn sun_from(t: &Instant, observer_gcrs: DVec3) -> DVec3 {

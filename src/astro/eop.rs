@@ -119,31 +119,39 @@ fn predicted(last_mjd: i64, first: i64, days: i64) -> Option<Row> {
 
 /// The parameters during one day of TAI: the UTC midnights before, in and after it.
 #[derive(Debug, Clone, Copy)]
-pub struct DayOfEop([Row; 3]);
+pub struct DayOfEop {
+    /// None on the table's first day.
+    before: Option<Row>,
+    within: Row,
+    after: Row,
+}
 
 impl DayOfEop {
     /// The day of TAI that holds `t`.
     ///
     /// # Errors
-    /// [`Error::EpochOutsideTable`] before 1973-01-03.
+    /// [`Error::EpochOutsideTable`] before 1973-01-02.
     pub fn of(t: &Instant) -> Result<Self, Error> {
         let (first, last) = span();
         let outside = || {
             let date = |mjd: i64| Instant::from_utc_reading(mjd, 0).iso_utc()[..10].to_owned();
-            Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first + 1), last: date(last) }
+            Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first), last: date(last) }
         };
         let mjd = t.shifted(0).mjd;
         let row = |mjd: i64| {
             if mjd <= last { tabulated(mjd, first) } else { predicted(last, first, mjd - last) }
                 .ok_or_else(outside)
         };
-        Ok(Self([row(mjd - 1)?, row(mjd)?, row(mjd + 1)?]))
+        let day = Self { before: row(mjd - 1).ok(), within: row(mjd)?, after: row(mjd + 1)? };
+        if day.before.is_none() && t.tai_ns() < day.within.tai_ns { Err(outside()) } else { Ok(day) }
     }
 
     /// The parameters at `t`, which must lie in this day.
     pub fn at(&self, t: &Instant) -> Eop {
-        let [before, within, after] = &self.0;
-        let (a, b) = if t.tai_ns() < within.tai_ns { (before, within) } else { (within, after) };
+        let (a, b) = match &self.before {
+            Some(before) if t.tai_ns() < self.within.tai_ns => (before, &self.within),
+            _ => (&self.within, &self.after),
+        };
         let share = (t.tai_ns() - a.tai_ns) as f64 / (b.tai_ns - a.tai_ns) as f64;
         let between = |f: fn(&Eop) -> f64| f(&a.eop) + share * (f(&b.eop) - f(&a.eop));
         Eop {
@@ -160,7 +168,7 @@ impl DayOfEop {
 /// The parameters at `t`.
 ///
 /// # Errors
-/// [`Error::EpochOutsideTable`] before 1973-01-03.
+/// [`Error::EpochOutsideTable`] before 1973-01-02.
 pub fn at(t: &Instant) -> Result<Eop, Error> {
     Ok(DayOfEop::of(t)?.at(t))
 }
@@ -191,12 +199,12 @@ mod tests {
 
     #[test]
     fn epochs_before_the_table_are_refused() {
-        for text in ["1960-01-01T00:00:00", "1709-01-01T00:00:00", "1973-01-02T00:00:00"] {
+        for text in ["1960-01-01T00:00:00", "1709-01-01T00:00:00", "1973-01-01T23:59:59"] {
             let error = at(&utc(text)).expect_err(text);
             assert!(matches!(&error, Error::EpochOutsideTable { .. }), "{error}");
             assert!(error.to_string().contains(&text[..10]), "{error}");
         }
-        assert!(at(&utc("1973-01-03T12:00:00")).is_ok());
+        assert!(at(&utc("1973-01-02T00:00:00")).is_ok());
     }
 
     #[test]

@@ -5,7 +5,7 @@
 //! sums it) and is told apart only where somebody asks: the Earth moves 50 m in that time, 0.3 microarcseconds for a
 //! satellite's place among the stars.
 
-use super::time::{DAY_NS, Instant, Reading, SECOND_NS, TT_NS, seconds_ns, utc_day};
+use super::time::{DAY_NS, Instant, Reading, SECOND_NS, TT_NS, seconds_ns, utc_day_ns};
 use super::{Error, eop};
 
 /// GPS - TAI \[ns\].
@@ -187,7 +187,7 @@ impl Instant {
         let digits = format!("{fraction:0<10}");
         let tenths = digits[..10].parse::<i64>().map_err(|_| form)?;
         let ns = i64::from(hour * 3600 + minute * 60 + second) * SECOND_NS + (tenths + 5) / 10;
-        let day_ns = if scale == Scale::Utc { utc_day(mjd).1 } else { DAY_NS };
+        let day_ns = if scale == Scale::Utc { utc_day_ns(mjd) } else { DAY_NS };
         let last_minute = hour == 23 && minute == 59;
         let second_exists = second < 60 || (last_minute && ns < day_ns);
         if hour > 23 || minute > 59 || !second_exists {
@@ -225,7 +225,7 @@ fn day_and_ns(text: &str, julian: bool, scale: Scale) -> Option<(i64, i64)> {
     if !(-54_800..=158_000).contains(&mjd) {
         return None;
     }
-    let length = i128::from(if scale == Scale::Utc { utc_day(mjd).1 } else { DAY_NS });
+    let length = i128::from(if scale == Scale::Utc { utc_day_ns(mjd) } else { DAY_NS });
     Some((mjd, i64::try_from((days.rem_euclid(unit) * length + unit / 2) / unit).ok()?))
 }
 

@@ -72,7 +72,8 @@ impl Reading {
 }
 
 fn decimal(e14: i128) -> String {
-    format!("{}.{:014}", e14.div_euclid(10i128.pow(14)), e14.rem_euclid(10i128.pow(14)))
+    let (sign, size) = (if e14 < 0 { "-" } else { "" }, e14.unsigned_abs());
+    format!("{sign}{}.{:014}", size / 10u128.pow(14), size % 10u128.pow(14))
 }
 
 /// Calendar date (Gregorian) of a modified Julian day.
@@ -81,15 +82,35 @@ fn date(mjd: i64) -> (i32, i32, i32) {
     sofars::cal::jd2cal(MJD_ZERO, mjd as f64).map_or((0, 0, 0), |(y, m, d, _)| (y, m, d))
 }
 
-/// TAI - UTC \[ns\] at the start of a UTC day and the length of that day \[ns\]; rates before 1972 included. Before
-/// 1960 there was no UTC: 0.
-pub(super) fn utc_day(mjd: i64) -> (i64, i64) {
-    let offset = |mjd: i64| {
+/// A day of UTC.
+struct UtcDay {
+    /// TAI - UTC at its start \[ns\].
+    ahead_ns: i64,
+    /// How much TAI gains on UTC during it, steps left out \[ns\]: not 0 before 1972.
+    drift_ns: i64,
+    /// Its length on UTC's own clock \[ns\].
+    day_ns: i64,
+}
+
+/// The day of UTC of that number, with its rate before 1972 as SOFA's `dat` has it. Before 1960 there was no UTC: TAI.
+fn utc_day(mjd: i64) -> UtcDay {
+    let offset = |mjd: i64, fraction: f64| {
         let (year, month, day) = date(mjd);
-        sofars::ts::dat(year, month, day, 0.0).map_or(0, |seconds| (seconds * 1e9).round() as i64)
+        sofars::ts::dat(year, month, day, fraction).map_or(0, |seconds| (seconds * 1e9).round() as i64)
     };
-    let (start, next) = (offset(mjd), offset(mjd + 1));
-    (start, DAY_NS + next - start)
+    let (ahead_ns, next) = (offset(mjd, 0.0), offset(mjd + 1, 0.0));
+    let drift_ns = 2 * (offset(mjd, 0.5) - ahead_ns);
+    UtcDay { ahead_ns, drift_ns, day_ns: DAY_NS + next - ahead_ns - drift_ns }
+}
+
+/// `ns` times (1 + `rate_ns` a day), to the nanosecond.
+fn stretched(ns: i64, rate_ns: i64) -> i64 {
+    ns + (i128::from(ns) * i128::from(rate_ns) / i128::from(DAY_NS)) as i64
+}
+
+/// Length of a day on UTC's own clock \[ns\].
+pub(super) fn utc_day_ns(mjd: i64) -> i64 {
+    utc_day(mjd).day_ns
 }
 
 impl Instant {
@@ -137,7 +158,8 @@ impl Instant {
 
     /// The instant at which UTC shows the day `mjd` and `ns` since its midnight.
     pub fn from_utc_reading(mjd: i64, ns: i64) -> Self {
-        Self::from_shifted(mjd, ns, -utc_day(mjd).0)
+        let day = utc_day(mjd);
+        Self::from_shifted(mjd, stretched(ns, day.drift_ns), -day.ahead_ns)
     }
 
     /// What a clock `offset_ns` ahead of TAI shows.
@@ -151,10 +173,11 @@ impl Instant {
         // TAI is ahead of UTC by less than a day, so the UTC day is this or the one before
         let tai = self.shifted(0);
         for mjd in [tai.mjd, tai.mjd - 1] {
-            let (ahead, day_ns) = utc_day(mjd);
-            let ns = (tai.mjd - mjd) * DAY_NS + tai.ns - ahead;
+            let day = utc_day(mjd);
+            let ns = (tai.mjd - mjd) * DAY_NS + tai.ns - day.ahead_ns;
             if ns >= 0 {
-                return Reading { mjd, ns, day_ns };
+                // the inverse of the stretch, whose square is below a nanosecond
+                return Reading { mjd, ns: stretched(ns, -day.drift_ns), day_ns: day.day_ns };
             }
         }
         tai
@@ -176,9 +199,10 @@ impl Instant {
         sofars::ts::dtdb(day, fraction, fraction, 0.0, 0.0, 0.0)
     }
 
-    /// Leap seconds, TAI - UTC \[s\].
+    /// TAI - UTC \[s\]: whole leap seconds from 1972 on.
     pub fn leap_seconds(&self) -> f64 {
-        utc_day(self.utc_reading().mjd).0 as f64 * 1e-9
+        let (tai, utc) = (self.shifted(0), self.utc_reading());
+        ((tai.mjd - utc.mjd) * DAY_NS + tai.ns - utc.ns) as f64 * 1e-9
     }
 
     /// MJD on UTC: whole days and the fraction of the day, below 1 also during a leap second.

@@ -124,7 +124,7 @@ pub(super) struct SceneArgs {
 pub(super) struct PlanArgs {
     /// Scene file, or the name of a built-in scene
     pub scene: String,
-    /// The windows instead of the exposures on stdout; with -o both are written, and a chart of the night
+    /// The windows instead of the exposures on stdout; --json has both, -o writes both and a chart of the night
     #[arg(long, conflicts_with = "catalog")]
     pub windows: bool,
     /// Windows of the objects in this file (two-line sets or orbit mean-elements messages) instead of the targets'

@@ -185,7 +185,11 @@ fn catalogue_windows(
     talk.say(&format!("{seen} of {} objects can be observed", windows.len()));
     let names = objects.elements.iter().map(MeanElements::title).collect::<Vec<_>>();
     let named = names.iter().zip(&windows).map(|(n, w)| (n.as_str(), w.as_slice())).collect::<Vec<_>>();
-    finish("windows.ecsv", &table::windows(&named, scene), global, talk)
+    let mut rows = table::windows(&named, scene);
+    // names need not be unique
+    let numbers = objects.elements.iter().zip(&windows);
+    rows.ints("catalog_number", numbers.flat_map(|(e, own)| own.iter().map(|_| e.catalog_number as i64)));
+    finish("windows.ecsv", &rows, global, talk)
 }
 
 /// Objects of a catalogue in the field while the shutter is open.

@@ -110,7 +110,7 @@ pub struct Illumination {
 impl Place {
     /// How the target is lit, seen by `observer`.
     pub fn illumination(&self, observer: &Observer) -> Illumination {
-        let sun = observer.earth.to_sun;
+        let sun = observer.earth.sun_apparent();
         let (to_sun, to_observer, sunlit) = match self.state {
             Some(State { position, .. }) => {
                 (sun - position, observer.gcrs - position, shadow::sunlit(position, sun, observer.pole))

@@ -239,7 +239,10 @@ impl<'a> Planner<'a> {
             sum / SHADOW_STEPS as f64
         };
         let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
-        let step = at(&mid.plus(RATE_STEP_S))?.astrometric - at(&mid.plus(-RATE_STEP_S))?.astrometric;
+        // at the end of an ephemeris the difference is one-sided
+        let (ahead, behind) = (at(&mid.plus(RATE_STEP_S)), at(&mid.plus(-RATE_STEP_S)));
+        let sides = f64::from(u8::from(ahead.is_ok()) + u8::from(behind.is_ok())).max(1.0);
+        let step = ahead.unwrap_or(place).astrometric - behind.unwrap_or(place).astrometric;
         let (east, north) = east_north(place.astrometric);
         Ok(TargetView {
             place,
@@ -248,7 +251,7 @@ impl<'a> Planner<'a> {
             sunlit_mean,
             apparent,
             airmass: airmass(apparent.elevation),
-            rate: DVec2::new(step.dot(east), step.dot(north)) / (2.0 * RATE_STEP_S),
+            rate: DVec2::new(step.dot(east), step.dot(north)) / (sides * RATE_STEP_S),
             moon_separation: separation(place.geocentric, moon.body.direction),
         })
     }

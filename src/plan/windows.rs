@@ -12,12 +12,17 @@ use super::pace::Pace;
 use super::place::{Motion, Place};
 use super::view::Horizontal;
 use crate::astro::observer::{Observer, Site};
+use crate::astro::orbit::Orbit;
 use crate::astro::shadow::Occultation;
 use crate::astro::time::Instant;
 use crate::astro::{self, bodies, separation};
 use crate::base::constants::EARTH_RATE_RAD_S;
 use crate::scene::{PlanLimits, Scene};
 use std::f64::consts::PI;
+
+/// Step of the search for times at which an ephemeris, with its gaps, and any other orbit is known \[s\].
+const EPHEMERIS_STEP_S: f64 = 300.0;
+const ORBIT_STEP_S: f64 = 3600.0;
 
 /// Why an object cannot be observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -177,7 +182,31 @@ impl<'a> Night<'a> {
 
     fn elevation(&self, motion: &Motion, t: &Instant) -> Result<f64, astro::Error> {
         let observer = Observer::at(&self.site, t)?;
-        Ok(apparent(&observer, &motion.place_from(&observer, t)?).elevation)
+        match motion.place_from(&observer, t) {
+            Ok(place) => Ok(apparent(&observer, &place).elevation),
+            // a rounding beyond the end of what is known
+            Err(astro::Error::Propagation { .. }) => Ok(f64::NEG_INFINITY),
+            Err(other) => Err(other),
+        }
+    }
+
+    /// The span cut where the orbit begins and ceases to be known: an ephemeris ends, an object comes down. What is known,
+    /// or not, for less than [`EPHEMERIS_STEP_S`] or [`ORBIT_STEP_S`] may be missed.
+    fn known(&self, motion: &Motion) -> Result<Vec<(Interval, Option<Reason>)>, PlanError> {
+        let step = match motion {
+            Motion::Fixed(..) => return Ok(vec![(self.span, None)]),
+            Motion::Orbit(Orbit::Ephemeris(_)) => EPHEMERIS_STEP_S,
+            Motion::Orbit(_) => ORBIT_STEP_S,
+        };
+        let cut = pieces(self.span, step, |t| {
+            let observer = Observer::at(&self.site, t)?;
+            match motion.place_from(&observer, t) {
+                Ok(_) => Ok(Margin { value: 1.0, safe_s: 0.0 }),
+                Err(astro::Error::Propagation { .. }) => Ok(Margin { value: -1.0, safe_s: 0.0 }),
+                Err(other) => Err(other),
+            }
+        })?;
+        Ok(first_broken(cut, Reason::Unknown))
     }
 
     /// The span cut where the first condition that is broken changes; none: all hold.
@@ -194,11 +223,19 @@ impl<'a> Night<'a> {
         };
         let lowest_of_mask = self.mask.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
         let min_el = self.limits.min_el_deg.to_radians();
-        let up = self.cut(self.span, motion, |_, observer, place| {
-            let value = apparent(observer, place).elevation - min_el;
-            Margin { value, safe_s: pace.safe_s(value, place.range_m) }
-        })?;
-        for (interval, reason) in first_broken(up, Reason::Elevation) {
+        let mut up = Vec::new();
+        for (interval, reason) in self.known(motion)? {
+            if reason.is_some() {
+                up.push((interval, reason));
+                continue;
+            }
+            let cut = self.cut(interval, motion, |_, observer, place| {
+                let value = apparent(observer, place).elevation - min_el;
+                Margin { value, safe_s: pace.safe_s(value, place.range_m) }
+            })?;
+            up.extend(first_broken(cut, Reason::Elevation));
+        }
+        for (interval, reason) in up {
             let Some(interval) = passes(&mut push, interval, reason) else { continue };
             // the mask asks for a closer look only where it rises above the lowest elevation
             let masked = if self.mask.iter().all(|p| p[1] <= self.limits.min_el_deg) {
@@ -318,7 +355,8 @@ pub fn sun_elevation(observer: &Observer, t: &Instant) -> f64 {
 /// Angle by which the whole of the Sun's disc stands clear of the Earth's limb \[rad\].
 fn sunlight_margin(observer: &Observer, place: &Place) -> f64 {
     let Some(state) = place.state else { return PI };
-    Occultation::of(state.position, observer.earth.to_sun, observer.pole).map_or(-1.0, |o| o.margin - o.sun_radius)
+    Occultation::of(state.position, observer.earth.sun_apparent(), observer.pole)
+        .map_or(-1.0, |o| o.margin - o.sun_radius)
 }
 
 #[cfg(test)]

@@ -234,7 +234,9 @@ fn gantt(area: &DrawingArea<SVGBackend, Shift>, scene: &Scene, sky: &Sky, window
         area.draw(&Text::new(name, (at + 24, base), label(14)))?;
         at += 60 + 8 * name.len() as i32;
     }
-    let words = "dashed: Moon; thick: observable; marks at the top: exposures";
+    let left_out = scene.target.len().saturating_sub(sky.targets.len());
+    let more = if left_out > 0 { format!("; {left_out} more targets are not shown") } else { String::new() };
+    let words = format!("dashed: Moon; thick: observable; marks at the top: exposures{more}");
     area.draw(&Text::new(words, (at + 10, base), label(14)))?;
     Ok(())
 }

@@ -240,7 +240,7 @@ class Watched:
         )
         self.directions = {
             "earth": unit(-position),
-            "sun": unit(self.sky.sun(self.emitted_s) - position),  # geometric
+            "sun": unit(self.sky.apparent_sun(self.emitted_s) - position),
             "velocity": unit(velocity),  # of SGP4; the derivative of its place is 2 arcsec off
             "observer": unit(-away),
         }

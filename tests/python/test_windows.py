@@ -109,8 +109,8 @@ CASES = {
 class Night:
     """Every criterion over a night: positive where it allows.
 
-    The Sun that sets is the apparent one; the shadow is that of the geometric Sun when the light
-    left the satellite, as in reference_motion.py.
+    The Sun that sets and the Sun that is eclipsed are the apparent ones: in the Earth's frame the
+    light comes from where the Sun was seen, and so does the shadow lie.
     """
 
     def __init__(self, case):
@@ -147,7 +147,7 @@ class Night:
         if free.size:
             when = emitted[free]
             lit = sunlit_margin(
-                self.place(when), self.sky.sun(when), self.sky.to_itrf(when), points=72
+                self.place(when), self.sky.apparent_sun(when), self.sky.to_itrf(when), points=72
             )
             result[free[lit < 0.0]] = len(REASONS) - 1
         return result
