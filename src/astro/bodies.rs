@@ -71,9 +71,10 @@ impl EarthState {
 impl EarthState {
     /// Position of the Sun from the geocentre as its light comes in the Earth's frame \[m\]: one light time ago, which is
     /// aberration in other words (20.5 arcsec). What it lights, and the Earth's shadow, follow this one: at a geostationary
-    /// distance the shadow lags by the 4 km which the Earth moves while light passes from its limb.
-    pub fn sun_apparent(&self) -> DVec3 {
-        self.to_sun + self.velocity * (self.to_sun.length() / LIGHT_M_S)
+    /// distance the shadow lags by the 4 km which the Earth moves while light passes from its limb. `earlier_s` is how long
+    /// before this state it is asked for, seconds at most: the light time to something near the Earth.
+    pub fn sun_apparent(&self, earlier_s: f64) -> DVec3 {
+        self.to_sun + self.velocity * (self.to_sun.length() / LIGHT_M_S + earlier_s)
     }
 }
 

@@ -108,9 +108,15 @@ pub struct Illumination {
 }
 
 impl Place {
+    /// The apparent Sun from the geocentre when the light left the target \[m\].
+    pub fn sun(&self, observer: &Observer) -> DVec3 {
+        let light_time = if self.range_m.is_nan() { 0.0 } else { self.range_m / LIGHT_M_S };
+        observer.earth.sun_apparent(light_time)
+    }
+
     /// How the target is lit, seen by `observer`.
     pub fn illumination(&self, observer: &Observer) -> Illumination {
-        let sun = observer.earth.sun_apparent();
+        let sun = self.sun(observer);
         let (to_sun, to_observer, sunlit) = match self.state {
             Some(State { position, .. }) => {
                 (sun - position, observer.gcrs - position, shadow::sunlit(position, sun, observer.pole))

@@ -355,8 +355,7 @@ pub fn sun_elevation(observer: &Observer, t: &Instant) -> f64 {
 /// Angle by which the whole of the Sun's disc stands clear of the Earth's limb \[rad\].
 fn sunlight_margin(observer: &Observer, place: &Place) -> f64 {
     let Some(state) = place.state else { return PI };
-    Occultation::of(state.position, observer.earth.sun_apparent(), observer.pole)
-        .map_or(-1.0, |o| o.margin - o.sun_radius)
+    Occultation::of(state.position, place.sun(observer), observer.pole).map_or(-1.0, |o| o.margin - o.sun_radius)
 }
 
 #[cfg(test)]

@@ -60,7 +60,8 @@ impl<'a> Moonlight<'a> {
         let moon = &context.view.moon;
         let extinction = curve(Kind::Extinction, &context.scene.station.extinction).map_or(0.15, |c| c.at(V_NM));
         let position = crate::astro::bodies::moon_gcrs(&context.view.mid);
-        let lit = shadow::sunlit(position, context.view.observer.earth.sun_apparent(), context.view.observer.pole);
+        let lit =
+            shadow::sunlit(position, context.view.observer.earth.sun_apparent(0.0), context.view.observer.pole);
         Self {
             context,
             extinction,
