@@ -77,7 +77,7 @@ fn epochs_beyond_the_earth_orientation_table() {
     let early = elevation(&[("exposures.start", "1972-06-01T00:00:00Z")]).expect_err("before the table");
     assert!(early.contains("1972-") && early.contains("1973-01-02"), "{early}");
     let fixed = ("target.0.orbit.fixed", "{ ra_deg = 83.0, dec_deg = 8.0 }");
-    for start in ["2031-06-01T03:00:00Z", "2099-12-31T23:59:59Z"] {
+    for start in ["2031-06-01T03:00:00Z", "2099-12-25T23:59:59Z"] {
         let scene = loaded(&[("exposures.start", start), fixed]).expect("a scene");
         let planner = Planner::new(&scene).expect("a planner");
         let warnings = planner.warnings();

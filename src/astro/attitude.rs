@@ -114,11 +114,6 @@ impl Profile {
         turn_to: Towards::Velocity,
     };
 
-    /// Whether it depends on what is around the object.
-    pub fn looks_around(&self) -> bool {
-        matches!(self, Self::Aligned { .. })
-    }
-
     /// The attitude at `t`.
     ///
     /// # Errors
@@ -159,7 +154,7 @@ impl Profile {
         let fault = |reason: String| Error::Attitude { reason };
         let mut rows: Vec<(Instant, Quaternion)> = Vec::new();
         let mut header = true;
-        for (number, line) in text.lines().enumerate() {
+        for (number, line) in text.trim_start_matches('\u{feff}').lines().enumerate() {
             let line = line.trim();
             if line.is_empty() || line.starts_with('#') {
                 continue;

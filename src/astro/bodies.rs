@@ -20,6 +20,8 @@ pub struct EarthState {
     pub velocity: DVec3,
     /// Position of the Sun from the geocentre, geometric \[m\].
     pub to_sun: DVec3,
+    /// How that position changes \[m/s\].
+    pub sun_velocity: DVec3,
 }
 
 /// One day of the Earth's motion.
@@ -27,6 +29,7 @@ struct EarthDay {
     position: Series,
     velocity: Series,
     to_sun: Series,
+    sun_velocity: Series,
 }
 
 static EARTH: Days<EarthDay> = Days::new();
@@ -41,7 +44,8 @@ fn sure<T>(result: Result<T, Infallible>) -> T {
 }
 
 impl EarthState {
-    /// The state at `t`, interpolated. Outside 1900-2100 the errors grow slowly; nothing fails.
+    /// The state at `t`, interpolated, in the years 1900 to 2099. Outside them it is not a number; the Earth's orientation,
+    /// without which nothing is seen from the ground, refuses them.
     pub fn at(t: &Instant) -> Self {
         let number = daily::number(t);
         let day = sure(EARTH.get(number, || {
@@ -50,20 +54,28 @@ impl EarthState {
                 position: series(|e| e.position),
                 velocity: series(|e| e.velocity),
                 to_sun: series(|e| e.to_sun),
+                sun_velocity: series(|e| e.sun_velocity),
             })
         }));
-        Self { position: day.position.at(t), velocity: day.velocity.at(t), to_sun: day.to_sun.at(t) }
+        Self {
+            position: day.position.at(t),
+            velocity: day.velocity.at(t),
+            to_sun: day.to_sun.at(t),
+            sun_velocity: day.sun_velocity.at(t),
+        }
     }
 
     /// The state at `t` without interpolation: the twin of [`Self::at`].
     pub fn reference(t: &Instant) -> Self {
         let (day, fraction) = t.tt();
-        let (heliocentric, barycentric) = sofars::eph::epv00(day, fraction).unwrap_or_default();
+        let nowhere = [[f64::NAN; 3]; 2];
+        let (heliocentric, barycentric) = sofars::eph::epv00(day, fraction).unwrap_or((nowhere, nowhere));
         let vector = |v: [f64; 3]| DVec3::from_array(v);
         Self {
             position: vector(barycentric[0]) * AU_M,
             velocity: vector(barycentric[1]) * (AU_M / DAY_S),
             to_sun: vector(heliocentric[0]) * -AU_M,
+            sun_velocity: vector(heliocentric[1]) * (-AU_M / DAY_S),
         }
     }
 }
@@ -74,7 +86,7 @@ impl EarthState {
     /// distance the shadow lags by the 4 km which the Earth moves while light passes from its limb. `earlier_s` is how long
     /// before this state it is asked for, seconds at most: the light time to something near the Earth.
     pub fn sun_apparent(&self, earlier_s: f64) -> DVec3 {
-        self.to_sun + self.velocity * (self.to_sun.length() / LIGHT_M_S + earlier_s)
+        self.to_sun - self.sun_velocity * (self.to_sun.length() / LIGHT_M_S + earlier_s)
     }
 }
 

@@ -2,8 +2,7 @@
 //!
 //! From the IERS finals2000A table (Bulletin B, then A, daily, with predictions of about a year), trimmed and built in;
 //! `catalogs/README.md` gives its origin and layout. Values are interpolated linearly between days, UT1 as
-//! UT1 - TAI so that leap seconds leave no step. Diurnal and semidiurnal tides (below 0.6 mas and 0.05 ms) are
-//! left out.
+//! UT1 - TAI so that leap seconds leave no step. Diurnal and semidiurnal tides (up to 1 mas and 0.09 ms) are left out.
 //!
 //! After the table's last day UT1 goes on at the mean rate of the table's last year, the pole returns to the IERS
 //! secular pole (IERS Conventions 2010, 2018 update, eq. 21) with a time constant of 100 days, and the celestial pole
@@ -14,6 +13,8 @@ use super::{Error, time::Instant};
 use crate::base::units::ARCSEC;
 
 const TABLE: &str = include_str!("../../catalogs/eop/finals2000A.txt");
+/// Last day for which anything is computed: SOFA's Earth ends with the century.
+const LAST_MJD: i64 = 88_067;
 /// Days over which the rate of UT1 is taken for the time after the table.
 const RATE_DAYS: usize = 365;
 /// Days in which a departure from the secular pole falls to 1/e after the table.
@@ -130,17 +131,23 @@ impl DayOfEop {
     /// The day of TAI that holds `t`.
     ///
     /// # Errors
-    /// [`Error::EpochOutsideTable`] before 1973-01-02.
+    /// [`Error::EpochOutsideTable`] before 1973-01-02 and after 2099-12-30.
     pub fn of(t: &Instant) -> Result<Self, Error> {
         let (first, last) = span();
         let outside = || {
             let date = |mjd: i64| Instant::from_utc_reading(mjd, 0).iso_utc()[..10].to_owned();
-            Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first), last: date(last) }
+            Error::EpochOutsideTable { utc: t.iso_utc(), first: date(first), last: date(LAST_MJD) }
         };
         let mjd = t.shifted(0).mjd;
         let row = |mjd: i64| {
-            if mjd <= last { tabulated(mjd, first) } else { predicted(last, first, mjd - last) }
-                .ok_or_else(outside)
+            let known = if mjd > LAST_MJD {
+                None
+            } else if mjd <= last {
+                tabulated(mjd, first)
+            } else {
+                predicted(last, first, mjd - last)
+            };
+            known.ok_or_else(outside)
         };
         let day = Self { before: row(mjd - 1).ok(), within: row(mjd)?, after: row(mjd + 1)? };
         if day.before.is_none() && t.tai_ns() < day.within.tai_ns { Err(outside()) } else { Ok(day) }
@@ -168,7 +175,7 @@ impl DayOfEop {
 /// The parameters at `t`.
 ///
 /// # Errors
-/// [`Error::EpochOutsideTable`] before 1973-01-02.
+/// [`Error::EpochOutsideTable`] before 1973-01-02 and after 2099-12-30.
 pub fn at(t: &Instant) -> Result<Eop, Error> {
     Ok(DayOfEop::of(t)?.at(t))
 }

@@ -33,16 +33,14 @@ pub enum Error {
         /// What is wrong with it.
         reason: String,
     },
-    /// The epoch lies before the table of Earth orientation parameters.
-    #[error(
-        "epoch {utc} UTC lies before {first}: the Earth's orientation is known from then to {last}, and extrapolated after"
-    )]
+    /// The epoch lies outside the years for which Earth, Sun and Moon are computed.
+    #[error("epoch {utc} UTC: Earth, Sun and Moon are computed from {first} to {last}")]
     EpochOutsideTable {
         /// The epoch, ISO 8601.
         utc: String,
-        /// First day of the table, ISO 8601.
+        /// First day, ISO 8601.
         first: String,
-        /// Last day of the table, ISO 8601.
+        /// Last day, ISO 8601.
         last: String,
     },
     /// Elements, a state or an ephemeris cannot be used.

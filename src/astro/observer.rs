@@ -1,6 +1,6 @@
 //! The observer: from astrometric directions to the sky above the station, and back.
 //!
-//! Aberration: the relativistic form of SOFA's `ab` (Explanatory Supplement 2013, eq. 7.38), with the
+//! Aberration: the relativistic form of SOFA's `ab` (Explanatory Supplement 2013, eq. 7.40), with the
 //! velocity of the observer in the barycentric frame (stars) or the geocentric one (satellites, Moon).
 //! Refraction: A tan z + B tan^3 z with SOFA's `refco` constants at 0.55 um, damped below 3 deg elevation as
 //! SOFA's `atioq` does. Light deflection by the Sun (4 mas at 90 deg from it) belongs to the apparent place of a star

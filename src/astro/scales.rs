@@ -186,10 +186,11 @@ impl Instant {
         // to the nanosecond, the tenth digit rounds
         let digits = format!("{fraction:0<10}");
         let tenths = digits[..10].parse::<i64>().map_err(|_| form)?;
-        let ns = i64::from(hour * 3600 + minute * 60 + second) * SECOND_NS + (tenths + 5) / 10;
+        let whole_ns = i64::from(hour * 3600 + minute * 60 + second) * SECOND_NS;
+        let ns = whole_ns + (tenths + 5) / 10;
         let day_ns = if scale == Scale::Utc { utc_day_ns(mjd) } else { DAY_NS };
         let last_minute = hour == 23 && minute == 59;
-        let second_exists = second < 60 || (last_minute && ns < day_ns);
+        let second_exists = second < 60 || (last_minute && whole_ns < day_ns);
         if hour > 23 || minute > 59 || !second_exists {
             return Err(format!("there is no time {} on that day", time_text.trim()));
         }

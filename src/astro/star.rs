@@ -1,6 +1,6 @@
 //! Stars: from the catalogue's place to the sky above the station.
 //!
-//! Space motion and parallax after SOFA's `pmpx` (Explanatory Supplement 2013, eq. 7.21: light time across the Earth's
+//! Space motion and parallax after SOFA's `pmpx` (Explanatory Supplement 2013, section 7.2: light time across the Earth's
 //! orbit included, no relativistic Doppler terms), deflection by the Sun after SOFA's `ldsun`, then the observer's
 //! aberration, axes and refraction.
 

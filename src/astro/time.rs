@@ -4,8 +4,6 @@
 //! [`Reading`] of it is a day and the time since midnight; UTC has leap seconds, in which the minute has a 61st second.
 //! The other scales, and what people write, are in [`super::scales`].
 
-use hifitime::{Duration, Epoch, TimeScale};
-
 /// Julian date of MJD 0.
 pub const MJD_ZERO: f64 = 2_400_000.5;
 /// MJD of the instant from which nanoseconds are counted: 2000-01-01 0h TAI.
@@ -114,18 +112,10 @@ pub(super) fn utc_day_ns(mjd: i64) -> i64 {
 }
 
 impl Instant {
-    /// The instant of a `hifitime` epoch.
-    pub fn new(epoch: Epoch) -> Self {
-        let since_1900 = epoch.to_time_scale(TimeScale::TAI).to_tai_duration().total_nanoseconds();
-        let since_origin = since_1900 - i128::from((MJD_ORIGIN - 15_020) * DAY_NS);
-        Self(since_origin.clamp(i64::MIN.into(), i64::MAX.into()) as i64)
-    }
-
-    /// The epoch.
-    pub fn epoch(&self) -> Epoch {
-        Epoch::from_tai_duration(Duration::from_total_nanoseconds(
-            i128::from(self.0) + i128::from((MJD_ORIGIN - 15_020) * DAY_NS),
-        ))
+    /// The instant of a modified Julian date on UTC, good to a microsecond.
+    pub fn from_mjd_utc(mjd: f64) -> Self {
+        let day = mjd.floor();
+        Self::from_utc_reading(day as i64, ((mjd - day) * utc_day_ns(day as i64) as f64).round() as i64)
     }
 
     /// Nanoseconds of TAI since 2000-01-01 0h TAI.
@@ -246,7 +236,7 @@ mod tests {
         assert_eq!(day, MJD_ZERO + 58138.0);
         assert!((fraction - (0.5 + 69.184 / 86_400.0)).abs() < 1e-14);
         assert_eq!(t.iso_utc(), "2018-01-20T12:00:00.000000");
-        assert_eq!(Instant::new(t.epoch()), t);
+        assert!(Instant::from_mjd_utc(58_138.5).since(&t).abs() < 1e-6);
         assert!((t.plus(1e-9).since(&t) - 1e-9).abs() < 1e-18);
     }
 

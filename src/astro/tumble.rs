@@ -101,8 +101,11 @@ impl Tumble {
 }
 
 impl Motion {
-    /// The motion; none if the rates stay as they are.
+    /// The motion; none if the rates stay as they are, or are so slow that their squares vanish.
     fn new(inertia: DVec3, start: Quaternion, rate: DVec3) -> Option<Self> {
+        if rate.length() < 1e-100 {
+            return None;
+        }
         let [low, middle, high] = sorted(inertia);
         let i = |k: usize| inertia[k];
         let w2 = |k: usize| rate[k] * rate[k];

@@ -21,8 +21,9 @@ pub const EARTH_RADIUS_M: f64 = 6_378_137.0;
 /// Flattening of the Earth. WGS 84 (NIMA TR8350.2).
 pub const EARTH_FLATTENING: f64 = 1.0 / 298.257_223_563;
 
-/// Gravitational parameter of the Earth \[m^3/s^2\]. EGM2008; IERS Conventions 2010, table 1.1.
-pub const EARTH_GM: f64 = 3.986_004_418e14;
+/// Gravitational parameter of the Earth \[m^3/s^2\] per second of TT. EGM2008 (Pavlis et al. 2012); IERS Conventions 2010,
+/// table 1.1 has 3.986004418e14 for TCG.
+pub const EARTH_GM: f64 = 3.986_004_415e14;
 
 /// Gravitational parameter of the Sun \[m^3/s^2\]. IAU 2015 Resolution B3, nominal.
 pub const SUN_GM: f64 = 1.327_124_4e20;

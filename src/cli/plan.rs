@@ -13,9 +13,9 @@ use crate::io::ecsv::to_ecsv;
 use crate::plan::PlanError;
 use crate::plan::pace::Pace;
 use crate::plan::place::Motion;
-use crate::plan::planner::Planner;
-use crate::plan::view::View;
-use crate::plan::windows::Window;
+use crate::plan::planner::{Planner, known};
+use crate::plan::view::Planned;
+use crate::plan::windows::{Night, Window};
 use crate::plan::{crossing, table};
 use crate::scene::Scene;
 use crate::simulate::SimulateError;
@@ -25,7 +25,7 @@ use serde_json::{Value as Json, json};
 use std::path::Path;
 
 /// Longest plan whose windows are searched \[d\].
-const LONGEST_DAYS: f64 = 400.0;
+const LONGEST_DAYS: f64 = 40.0;
 
 pub(super) fn plan(args: &PlanArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
@@ -46,24 +46,32 @@ fn of_scene(
     global: &Global,
     talk: &Talk,
 ) -> Result<(), Failure> {
-    let views = views(scene, planner, talk)?;
-    let plan = table::table_of(&views, planner);
-    let observable = views.iter().filter(|v| v.observability.observable).count();
-    talk.say(&format!("{observable} of {} exposures observable", views.len()));
+    let planned = exposures(scene, planner, talk)?;
+    let plan = table::table_of(&planned, planner);
+    let observable = planned.iter().filter(|p| p.observable()).count();
+    talk.say(&format!("{observable} of {} exposures observable", planned.len()));
+    let unknown = planned.iter().filter(|p| p.view().is_none());
+    if let Some(first) = unknown.clone().next() {
+        talk.say(&format!("warning: {} exposures have no place; the first: {}", unknown.count(), first.why()));
+    }
     let wanted = args.windows || global.output.is_some() || global.json;
-    let windows = if wanted && search_is_short(planner, talk) { Some(own_windows(scene, planner)?) } else { None };
+    let night = if wanted && search_is_short(planner, talk) {
+        Some(planner.night().map_err(SimulateError::from)?)
+    } else {
+        None
+    };
+    let windows = night.as_ref().map(|night| own_windows(scene, planner, night)).transpose()?;
     let named = windows.iter().flatten().zip(&scene.target).map(|(w, t)| (t.name.as_str(), w.as_slice()));
     let window_table = table::windows(&named.collect::<Vec<_>>(), scene);
-    let attitudes = table::attitudes(planner, &views, scene).map_err(SimulateError::from)?;
+    let attitudes = table::attitudes(planner, &planned, scene).map_err(SimulateError::from)?;
     if let Some(dir) = &global.output {
         give(dir, "plan.ecsv", &to_ecsv(&plan), global, talk)?;
         if let Some(attitudes) = &attitudes {
             give(dir, "attitude.ecsv", &to_ecsv(attitudes), global, talk)?;
         }
-        if let Some(windows) = &windows {
+        if let Some((night, windows)) = night.as_ref().zip(windows.as_ref()) {
             give(dir, "windows.ecsv", &to_ecsv(&window_table), global, talk)?;
-            let span = planner.night().map_err(SimulateError::from)?.span;
-            let chart = night_chart::svg(scene, planner, span, windows).map_err(SimulateError::from)?;
+            let chart = night_chart::svg(scene, planner, night.span, windows).map_err(SimulateError::from)?;
             give(dir, "night.svg", &chart, global, talk)?;
         }
     }
@@ -88,21 +96,16 @@ fn of_scene(
     }
 }
 
-fn views(scene: &Scene, planner: &Planner, talk: &Talk) -> Result<Vec<View>, Failure> {
+fn exposures(scene: &Scene, planner: &Planner, talk: &Talk) -> Result<Vec<Planned>, Failure> {
     let bar = talk.bar(scene.exposures.count, "exposures");
-    let view = |frame| {
-        let view = planner.view(frame);
-        bar.inc(1);
-        view
-    };
-    let views = (0..scene.exposures.count).map(view).collect::<Result<Vec<_>, PlanError>>();
+    let planned = planner.all(&|| bar.inc(1));
     bar.finish_and_clear();
-    Ok(views.map_err(SimulateError::from)?)
+    Ok(planned.map_err(SimulateError::from)?)
 }
 
-fn own_windows(scene: &Scene, planner: &Planner) -> Result<Vec<Vec<Window>>, Failure> {
-    let night = planner.night().map_err(SimulateError::from)?;
-    let windows = (0..scene.target.len()).map(|i| planner.windows(i, &night)).collect::<Result<Vec<_>, _>>();
+fn own_windows(scene: &Scene, planner: &Planner, night: &Night) -> Result<Vec<Vec<Window>>, Failure> {
+    let windows = (0..scene.target.len()).into_par_iter().map(|i| planner.windows(i, night));
+    let windows = windows.collect::<Result<Vec<_>, PlanError>>();
     Ok(windows.map_err(SimulateError::from)?)
 }
 
@@ -126,8 +129,14 @@ struct Objects {
 
 impl Objects {
     fn read(file: &Path, at: &Instant, talk: &Talk) -> Result<Self, Failure> {
-        let bytes =
-            std::fs::read(file).map_err(|e| Failure::Input(format!("cannot read {}: {e}", file.display())))?;
+        let unreadable = |why: &str| Failure::Input(format!("cannot read {}: {why}", file.display()));
+        // a directory, pipe or device is refused: it may never end
+        match std::fs::metadata(file) {
+            Ok(known) if known.is_file() => {}
+            Ok(_) => return Err(unreadable("not a file")),
+            Err(e) => return Err(unreadable(&e.to_string())),
+        }
+        let bytes = std::fs::read(file).map_err(|e| unreadable(&e.to_string()))?;
         let listed = Listed::read(&String::from_utf8_lossy(&bytes))
             .map_err(|e| Failure::Input(format!("{}: {e}", file.display())))?;
         let mut own = Self { elements: Vec::new(), motions: Vec::new(), paces: Vec::new() };
@@ -196,7 +205,7 @@ fn catalogue_windows(
 fn crossings(scene: &Scene, planner: &Planner, file: &Path, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let start = planner.exposed().start;
     let objects = Objects::read(file, &start, talk)?;
-    let views = views(scene, planner, talk)?;
+    let views = known(exposures(scene, planner, talk)?);
     let bar = talk.bar(views.len(), "exposures");
     let size = scene.detector.size_px;
     let found = views.par_iter().map(|view| {

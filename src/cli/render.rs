@@ -4,6 +4,7 @@ use super::args::{Global, PartArgs, RenderArgs};
 use super::talk::{Failure, Talk, clock, load, print_json};
 use crate::camera::region::Region;
 use crate::camera::truth;
+use crate::plan::planner::known;
 use crate::plan::table::table as plan_table;
 use crate::plan::view::View;
 use crate::run::frames::{Done, Job, Rendered, cut, render as render_frames};
@@ -37,11 +38,14 @@ pub(super) fn produce(scene: &Scene, part: &PartArgs, global: &Global, talk: &Ta
     let frames = frame_range(part.frames.as_deref(), scene.exposures.count)?;
     let crop = part.crop.as_deref().map(|text| crop_region(text, scene)).transpose()?;
     let simulator = Simulator::new(scene)?;
-    let views = simulator.planner.views().map_err(SimulateError::from)?;
+    let planned = simulator.planner.all(&|| ()).map_err(SimulateError::from)?;
     simulator.planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     let path = global.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
     let dir = OutputDir::prepare(&path, scene, global.force)?;
-    tables::write(&dir, "plan.ecsv", &plan_table(&views))?;
+    tables::write(&dir, "plan.ecsv", &plan_table(&planned))?;
+    let unknown = planned.iter().filter(|p| p.view().is_none() && frames.contains(&p.frame()));
+    let unknown = unknown.map(|p| (p.frame(), p.why().to_owned())).collect::<Vec<_>>();
+    let views = known(planned);
 
     let bar = talk.bar(frames.len(), "frames");
     let (kept, skipped) = (RefCell::new(0), RefCell::new(Vec::new()));
@@ -67,7 +71,7 @@ pub(super) fn produce(scene: &Scene, part: &PartArgs, global: &Global, talk: &Ta
     let kept = kept.into_inner();
     let note = if kept > 0 { format!(" ({kept} of them from an earlier run)") } else { String::new() };
     talk.say(&format!("{} frames in {}{note}, {:.1} s", rendered.frames.len(), dir.path().display(), clock()));
-    for (number, why) in skipped.into_inner() {
+    for (number, why) in unknown.into_iter().chain(skipped.into_inner()) {
         talk.say(&format!("frame {number}: not rendered, {why}"));
     }
     for row in rendered.ledger.rows().filter(|row| row.bound.is_nan() && !row.is_needed()) {

@@ -175,7 +175,7 @@ impl Reader<'_> {
         };
         let mjd = |keyword: &str| {
             let day = self.finite(keyword).filter(|d| (15_020.0..110_000.0).contains(d))?;
-            Some(Instant::new(hifitime::Epoch::from_mjd_utc(day)))
+            Some(Instant::from_mjd_utc(day))
         };
         if let Some(middle) = date("DATE-AVG") {
             return middle;

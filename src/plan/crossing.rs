@@ -138,8 +138,11 @@ fn wcs_at(planner: &Planner, view: &View, t: &Instant) -> Result<Wcs, PlanError>
 pub fn table(crossings: &[Crossing], describe: &dyn Fn(usize) -> (String, u64, f64), views: &[View]) -> Table {
     let told = crossings.iter().map(|c| describe(c.object)).collect::<Vec<_>>();
     let mut table = Table::default();
-    let frame_time =
-        |c: &Crossing| views.iter().find(|v| v.frame == c.frame).map_or_else(String::new, |v| v.mid.iso_utc());
+    let frame_time = |c: &Crossing| {
+        // in the order of their frames
+        let at = views.binary_search_by_key(&c.frame, |v| v.frame);
+        at.map_or_else(|_| String::new(), |at| views[at].mid.iso_utc())
+    };
     table.ints("frame", crossings.iter().map(|c| c.frame as i64));
     table.texts("time_utc", crossings.iter().map(frame_time));
     table.texts("target", told.iter().map(|t| t.0.clone()));

@@ -112,22 +112,28 @@ fn root<E>(
     Ok(b)
 }
 
-/// Where a function is largest in an interval, by samples and golden sections; to a millisecond.
+/// Where a function is largest in an interval, by samples at most `step_s` seconds apart and golden sections; to a
+/// millisecond.
 ///
 /// # Errors
 /// Whatever the function says.
-pub fn highest<E>(within: Interval, mut f: impl FnMut(&Instant) -> Result<f64, E>) -> Result<(Instant, f64), E> {
-    const SAMPLES: usize = 32;
-    let step = within.seconds() / SAMPLES as f64;
+pub fn highest<E>(
+    within: Interval,
+    step_s: f64,
+    mut f: impl FnMut(&Instant) -> Result<f64, E>,
+) -> Result<(Instant, f64), E> {
+    const FEWEST: f64 = 32.0;
+    let samples = (within.seconds() / step_s).ceil().clamp(FEWEST, 1e6) as usize;
+    let step = within.seconds() / samples as f64;
     let mut best = (0, f(&within.start)?);
-    for k in 1..=SAMPLES {
+    for k in 1..=samples {
         let value = f(&within.start.plus(k as f64 * step))?;
         if value > best.1 {
             best = (k, value);
         }
     }
     let golden = 0.5 * (5f64.sqrt() - 1.0);
-    let (mut low, mut high) = ((best.0 as f64 - 1.0).max(0.0) * step, ((best.0 + 1).min(SAMPLES)) as f64 * step);
+    let (mut low, mut high) = ((best.0 as f64 - 1.0).max(0.0) * step, ((best.0 + 1).min(samples)) as f64 * step);
     let mut value = |s: f64| f(&within.start.plus(s));
     let mut top = (best.0 as f64 * step, best.1);
     let (mut a, mut b) = (high - golden * (high - low), low + golden * (high - low));
@@ -199,8 +205,8 @@ mod tests {
     #[test]
     fn the_highest_place_of_an_arc() {
         let start = Instant::default();
-        let (at, value) = sure(highest(within(600.0), |t| Ok(-(t.since(&start) - 237.0).powi(2))));
+        let (at, value) = sure(highest(within(600.0), 60.0, |t| Ok(-(t.since(&start) - 237.0).powi(2))));
         assert!((at.since(&start) - 237.0).abs() < 2e-3 && value > -1e-5);
-        assert_eq!(sure(highest(within(600.0), |t| Ok(t.since(&start)))).1, 600.0);
+        assert_eq!(sure(highest(within(600.0), 60.0, |t| Ok(t.since(&start)))).1, 600.0);
     }
 }

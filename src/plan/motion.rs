@@ -89,7 +89,11 @@ pub fn profile(attitude: &Attitude) -> Result<Profile, Error> {
     let turn = |q: &[f64; 4]| {
         Quaternion::new(*q).ok_or_else(|| Error::Attitude { reason: format!("quaternion {q:?} has no length") })
     };
-    let unit = |v: &[f64; 3]| DVec3::from_array(*v).normalize_or(DVec3::Z);
+    // by the largest component first: squares of tiny ones vanish
+    let unit = |v: &[f64; 3]| {
+        let v = DVec3::from_array(*v);
+        (v / v.abs().max_element()).normalize_or(DVec3::Z)
+    };
     Ok(match attitude {
         Attitude::Inertial { quaternion } => Profile::Inertial(turn(quaternion)?),
         Attitude::Spin { quaternion, axis, period_s, phase_deg, epoch } => Profile::Spin {

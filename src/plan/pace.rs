@@ -15,24 +15,29 @@ pub struct Pace {
     speed: Option<f64>,
     /// Greatest rate of the Sun against the Earth's limb, seen from it \[rad/s\].
     pub limb_rate: f64,
+    /// Time in which it surely turns by no more than a tenth of a radian about the Earth \[s\].
+    pub turn_s: f64,
 }
 
 impl Pace {
     /// Of a motion; `t` is a time at which it is likely known.
     pub fn of(motion: &Motion, t: &Instant) -> Self {
-        let sidereal = Self { speed: None, limb_rate: 2.0 * EARTH_RATE_RAD_S };
-        let Motion::Orbit(orbit) = motion else { return sidereal };
-        let state = orbit.gcrs(t).or_else(|e| orbit.epoch().map_or(Err(e), |epoch| orbit.gcrs(&epoch)));
-        let perigee = match state.ok().and_then(|s| Some((s, Kepler::of(&s, EARTH_GM)?))) {
-            Some((_, k)) => (k.a * (1.0 - k.e)).max(EARTH_RADIUS_M + 1e5) * 0.98,
-            None => EARTH_RADIUS_M + 1e5,
+        let Motion::Orbit(orbit) = motion else {
+            return Self { speed: None, limb_rate: 2.0 * EARTH_RATE_RAD_S, turn_s: 900.0 };
         };
-        // escape speed bounds every ellipse; a tenth more where the perturbed one may differ
-        let fastest = (2.0 * EARTH_GM / perigee).sqrt();
+        let state = orbit.gcrs(t).or_else(|e| orbit.epoch().map_or(Err(e), |epoch| orbit.gcrs(&epoch))).ok();
+        let lowest = EARTH_RADIUS_M + 1e5;
+        // perigee may sink a little under perturbations
+        let ellipse = state.and_then(|s| Kepler::of(&s, EARTH_GM));
+        let perigee = ellipse.map_or(lowest, |k| 0.98 * (k.a * (1.0 - k.e)).max(lowest));
+        // escape speed bounds every ellipse; a hyperbola is faster by its energy
+        let energy = state.map_or(0.0, |s| s.velocity.length_squared() - 2.0 * EARTH_GM / s.position.length());
+        let fastest = (2.0 * EARTH_GM / perigee + energy.max(0.0)).sqrt();
         let limb = (perigee * perigee - EARTH_RADIUS_M * EARTH_RADIUS_M).max(1e10).sqrt();
         Self {
             speed: Some(1.05 * fastest + 500.0),
             limb_rate: 1.05 * fastest / perigee * (1.0 + EARTH_RADIUS_M / limb) + 1e-6,
+            turn_s: 0.1 * perigee / fastest,
         }
     }
 

@@ -6,7 +6,7 @@ use super::interval::{Interval, Margin};
 use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
-use super::view::{Body, Horizontal, Moon, Observability, TargetView, View};
+use super::view::{Body, Horizontal, Moon, Observability, Planned, TargetView, View};
 use super::wcs::{Wcs, east_north};
 use super::windows::{Condition, Night, Window, nights};
 use crate::astro::attitude::Profile;
@@ -18,6 +18,7 @@ use crate::base::constants::{EARTH_RATE_RAD_S, LIGHT_M_S};
 use crate::base::units::ARCSEC_PER_RAD;
 use crate::scene::Scene;
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Half the step of the numerical derivative of a place \[s\].
 const RATE_STEP_S: f64 = 0.1;
@@ -48,7 +49,7 @@ impl<'a> Planner<'a> {
         let s = &scene.station;
         let air = Air { pressure_hpa: s.pressure_hpa, temperature_c: s.temperature_c, humidity: s.humidity };
         let site = Site::new(s.longitude_deg.to_radians(), s.latitude_deg.to_radians(), s.height_m, &air);
-        let first = Instant::new(scene.exposures.start);
+        let first = scene.exposures.start;
         let lasting = scene.exposures.cadence_s * scene.exposures.count as f64;
         let need = Need { first, last: first.plus(lasting), position_mas: scene.accuracy.position_mas };
         let motions = scene.target.iter().map(|t| motion::motion(t, &need)).collect::<Result<Vec<_>, _>>()?;
@@ -133,7 +134,7 @@ impl<'a> Planner<'a> {
     /// First opening and last closing of the shutter.
     pub fn exposed(&self) -> Interval {
         let exposures = &self.scene.exposures;
-        let start = Instant::new(exposures.start);
+        let start = exposures.start;
         let last = exposures.cadence_s * exposures.count.saturating_sub(1) as f64;
         Interval { start, end: start.plus(last + exposures.duration_s) }
     }
@@ -171,7 +172,7 @@ impl<'a> Planner<'a> {
     /// [`PlanError`] where the sky cannot be computed.
     pub fn view(&self, frame: usize) -> Result<View, PlanError> {
         let exposures = &self.scene.exposures;
-        let start = Instant::new(exposures.start).plus(frame as f64 * exposures.cadence_s);
+        let start = exposures.start.plus(frame as f64 * exposures.cadence_s);
         let (mid, end) = (start.plus(0.5 * exposures.duration_s), start.plus(exposures.duration_s));
         let observer = Observer::at(&self.site, &mid)?;
         let wcs = self.mount.attitudes(&self.site, [&start, &mid, &end])?;
@@ -203,12 +204,41 @@ impl<'a> Planner<'a> {
         Ok(view)
     }
 
-    /// The geometry of all frames of the scene.
+    /// Frame number `frame` as planned: one whose target's orbit is not known then is told so.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn planned(&self, frame: usize) -> Result<Planned, PlanError> {
+        match self.view(frame) {
+            Ok(view) => Ok(Planned::Known(Box::new(view))),
+            Err(PlanError::Astro(why @ astro::Error::Propagation { .. })) => {
+                let exposures = &self.scene.exposures;
+                let mid = exposures.start.plus(frame as f64 * exposures.cadence_s + 0.5 * exposures.duration_s);
+                Ok(Planned::Unknown { frame, mid, why: why.to_string() })
+            }
+            Err(other) => Err(other),
+        }
+    }
+
+    /// All frames of the scene as planned, computed in parallel; `done` is called after each.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn all(&self, done: &(dyn Fn() + Sync)) -> Result<Vec<Planned>, PlanError> {
+        let planned = |frame| {
+            let planned = self.planned(frame);
+            done();
+            planned
+        };
+        (0..self.scene.exposures.count).into_par_iter().map(planned).collect()
+    }
+
+    /// The geometry of all frames of the scene for which it is known.
     ///
     /// # Errors
     /// [`PlanError`] where the sky cannot be computed.
     pub fn views(&self) -> Result<Vec<View>, PlanError> {
-        (0..self.scene.exposures.count).map(|frame| self.view(frame)).collect()
+        Ok(known(self.all(&|| ())?))
     }
 
     fn target(
@@ -255,6 +285,15 @@ impl<'a> Planner<'a> {
             moon_separation: separation(place.geocentric, moon.body.direction),
         })
     }
+}
+
+/// The geometry of those frames for which it is known.
+pub fn known(planned: Vec<Planned>) -> Vec<View> {
+    let view = |planned| match planned {
+        Planned::Known(view) => Some(*view),
+        Planned::Unknown { .. } => None,
+    };
+    planned.into_iter().filter_map(view).collect()
 }
 
 fn sun(observer: &Observer, t: &Instant) -> Body {

@@ -2,16 +2,17 @@
 
 use super::PlanError;
 use super::planner::Planner;
-use super::view::View;
+use super::view::{Planned, TargetView, View};
 use super::windows::{Limits, Window};
 use crate::astro::{angles, separation};
 use crate::base::table::{Table, Values};
 use crate::base::units::ARCSEC_PER_RAD;
 use crate::scene::{Exposures, PlanLimits, Scene};
+use glam::DVec3;
 
 /// The plan's table with what is known of the targets' orbits in its metadata: ages of elements, methods, warnings.
-pub fn table_of(views: &[View], planner: &Planner) -> Table {
-    let mut table = table(views);
+pub fn table_of(planned: &[Planned], planner: &Planner) -> Table {
+    let mut table = table(planned);
     for (name, age, method) in planner.orbits() {
         let age = match age {
             age if age.is_nan() => String::new(),
@@ -27,47 +28,41 @@ pub fn table_of(views: &[View], planner: &Planner) -> Table {
 }
 
 /// The plan's table; columns, units and meaning are those of `plan.ecsv`. Without a target the place is the frame's
-/// centre and what only a target has is NaN.
-pub fn table(views: &[View]) -> Table {
+/// centre and what only a target has is NaN; NaN too is all geometry of an exposure whose target's orbit is not known.
+pub fn table(planned: &[Planned]) -> Table {
     let mut table = Table::default();
-    let astrometric = |v: &View| angles(v.targets.first().map_or(v.wcs.mid.centre, |t| t.place.astrometric));
-    let geocentric = |v: &View| v.targets.first().map_or((f64::NAN, f64::NAN), |t| angles(t.place.geocentric));
-    let apparent = |v: &View| v.targets.first().map_or(v.centre, |t| t.apparent);
-    let of_target = |v: &View, f: fn(&super::view::TargetView) -> f64| v.targets.first().map_or(f64::NAN, f);
-    table.ints("frame", views.iter().map(|v| v.frame as i64));
-    table.texts("time_utc", views.iter().map(|v| v.mid.iso_utc()));
-    table.floats("mjd_utc", "d", views.iter().map(|v| v.mid.mjd_utc()));
-    table.floats("ra_deg", "deg", views.iter().map(|v| astrometric(v).0.to_degrees()));
-    table.floats("dec_deg", "deg", views.iter().map(|v| astrometric(v).1.to_degrees()));
-    table.floats("ra_gcrs_deg", "deg", views.iter().map(|v| geocentric(v).0.to_degrees()));
-    table.floats("dec_gcrs_deg", "deg", views.iter().map(|v| geocentric(v).1.to_degrees()));
-    table.floats("az_deg", "deg", views.iter().map(|v| apparent(v).azimuth.to_degrees()));
-    table.floats("el_deg", "deg", views.iter().map(|v| apparent(v).elevation.to_degrees()));
-    table.floats("range_km", "km", views.iter().map(|v| of_target(v, |t| t.place.range_m / 1e3)));
-    table.floats(
-        "ra_rate_arcsec_s",
-        "arcsec / s",
-        views.iter().map(|v| of_target(v, |t| t.rate.x * ARCSEC_PER_RAD)),
-    );
-    table.floats(
-        "dec_rate_arcsec_s",
-        "arcsec / s",
-        views.iter().map(|v| of_target(v, |t| t.rate.y * ARCSEC_PER_RAD)),
-    );
-    table.floats("phase_deg", "deg", views.iter().map(|v| of_target(v, |t| t.light.phase.to_degrees())));
-    table.floats("airmass", "", views.iter().map(|v| v.targets.first().map_or(v.airmass, |t| t.airmass)));
-    table.floats("sun_el_deg", "deg", views.iter().map(|v| v.sun.horizontal.elevation.to_degrees()));
-    table.floats("moon_el_deg", "deg", views.iter().map(|v| v.moon.body.horizontal.elevation.to_degrees()));
-    let moon_sep = |v: &View| {
-        v.targets
-            .first()
-            .map_or_else(|| separation(v.wcs.mid.centre, v.moon.body.direction), |t| t.moon_separation)
+    let of = |f: fn(&View) -> f64| planned.iter().map(move |p| p.view().map_or(f64::NAN, f));
+    let of_target = |f: fn(&TargetView) -> f64| {
+        planned.iter().map(move |p| p.view().and_then(|v| v.targets.first()).map_or(f64::NAN, f))
     };
-    table.floats("moon_sep_deg", "deg", views.iter().map(|v| moon_sep(v).to_degrees()));
-    table.floats("moon_phase_deg", "deg", views.iter().map(|v| v.moon.phase.to_degrees()));
-    table.floats("sunlit", "", views.iter().map(|v| of_target(v, |t| t.light.sunlit)));
-    table.column("observable", "", Values::Bool(views.iter().map(|v| v.observability.observable).collect()));
-    table.texts("why", views.iter().map(|v| v.observability.why.clone()));
+    let astrometric = |v: &View| v.targets.first().map_or(v.wcs.mid.centre, |t| t.place.astrometric);
+    let apparent = |v: &View| v.targets.first().map_or(v.centre, |t| t.apparent);
+    table.ints("frame", planned.iter().map(|p| p.frame() as i64));
+    table.texts("time_utc", planned.iter().map(|p| p.mid().iso_utc()));
+    table.floats("mjd_utc", "d", planned.iter().map(|p| p.mid().mjd_utc()));
+    let view = |f: &dyn Fn(&View) -> f64| planned.iter().map(|p| p.view().map_or(f64::NAN, f)).collect::<Vec<_>>();
+    table.floats("ra_deg", "deg", view(&|v| angles(astrometric(v)).0.to_degrees()).into_iter());
+    table.floats("dec_deg", "deg", view(&|v| angles(astrometric(v)).1.to_degrees()).into_iter());
+    table.floats("ra_gcrs_deg", "deg", of_target(|t| angles(t.place.geocentric).0.to_degrees()));
+    table.floats("dec_gcrs_deg", "deg", of_target(|t| angles(t.place.geocentric).1.to_degrees()));
+    table.floats("az_deg", "deg", view(&|v| apparent(v).azimuth.to_degrees()).into_iter());
+    table.floats("el_deg", "deg", view(&|v| apparent(v).elevation.to_degrees()).into_iter());
+    table.floats("range_km", "km", of_target(|t| t.place.range_m / 1e3));
+    table.floats("ra_rate_arcsec_s", "arcsec / s", of_target(|t| t.rate.x * ARCSEC_PER_RAD));
+    table.floats("dec_rate_arcsec_s", "arcsec / s", of_target(|t| t.rate.y * ARCSEC_PER_RAD));
+    table.floats("phase_deg", "deg", of_target(|t| t.light.phase.to_degrees()));
+    table.floats("airmass", "", of(|v| v.targets.first().map_or(v.airmass, |t| t.airmass)));
+    table.floats("sun_el_deg", "deg", of(|v| v.sun.horizontal.elevation.to_degrees()));
+    table.floats("moon_el_deg", "deg", of(|v| v.moon.body.horizontal.elevation.to_degrees()));
+    let moon_sep = |v: &View| {
+        let centre = || separation(v.wcs.mid.centre, v.moon.body.direction);
+        v.targets.first().map_or_else(centre, |t| t.moon_separation).to_degrees()
+    };
+    table.floats("moon_sep_deg", "deg", view(&moon_sep).into_iter());
+    table.floats("moon_phase_deg", "deg", of(|v| v.moon.phase.to_degrees()));
+    table.floats("sunlit", "", of_target(|t| t.light.sunlit));
+    table.column("observable", "", Values::Bool(planned.iter().map(Planned::observable).collect()));
+    table.texts("why", planned.iter().map(|p| p.why().to_owned()));
     table
 }
 
@@ -125,7 +120,7 @@ struct Frames {
 
 impl Frames {
     fn of(window: &Window, exposures: &Exposures) -> Self {
-        let start = crate::astro::time::Instant::new(exposures.start);
+        let start = exposures.start;
         let (opens, closes) = (window.interval.start.since(&start), window.interval.end.since(&start));
         let count = exposures.count as i64;
         // a single exposure may have no cadence
@@ -140,38 +135,43 @@ impl Frames {
         let inside = (last - first + 1).max(0);
         Self {
             inside: (inside > 0).then_some((first, last)),
-            cut: (touched_last - touched_first + 1).max(0) - inside,
+            // an instantaneous exposure at an edge is inside and touches nothing
+            cut: ((touched_last - touched_first + 1).max(0) - inside).max(0),
         }
     }
 }
 
 /// Attitudes of the targets that have one, at every mid-exposure: the quaternion (scalar first, body to ICRS components)
-/// and the directions to Sun and observer in body axes. None if no target has an attitude.
+/// and the directions to Sun and observer in body axes; NaN where an attitude is not known. None if no target has one.
 ///
 /// # Errors
-/// [`PlanError`] where an attitude is not known.
-pub fn attitudes(planner: &Planner, views: &[View], scene: &Scene) -> Result<Option<Table>, PlanError> {
+/// [`PlanError`] where the sky cannot be computed.
+pub fn attitudes(planner: &Planner, planned: &[Planned], scene: &Scene) -> Result<Option<Table>, PlanError> {
     let mut rows = Vec::new();
-    for view in views {
-        for (i, target) in scene.target.iter().enumerate() {
-            if let Some(q) = planner.attitude(i, view)? {
-                let light = &view.targets[i].light;
-                rows.push((
-                    view,
-                    &target.name,
-                    q.components(),
-                    q.to_body(light.to_sun),
-                    q.to_body(light.to_observer),
-                ));
+    for exposure in planned {
+        for (i, target) in scene.target.iter().enumerate().filter(|(_, t)| t.attitude.is_some()) {
+            let (mut q, mut to_sun, mut to_observer) = ([f64::NAN; 4], DVec3::NAN, DVec3::NAN);
+            if let Some(view) = exposure.view() {
+                match planner.attitude(i, view) {
+                    Ok(Some(attitude)) => {
+                        let light = &view.targets[i].light;
+                        q = attitude.components();
+                        (to_sun, to_observer) =
+                            (attitude.to_body(light.to_sun), attitude.to_body(light.to_observer));
+                    }
+                    Ok(None) | Err(PlanError::Astro(crate::astro::Error::Attitude { .. })) => {}
+                    Err(other) => return Err(other),
+                }
             }
+            rows.push((exposure, &target.name, q, to_sun, to_observer));
         }
     }
     if rows.is_empty() {
         return Ok(None);
     }
     let mut table = Table::default();
-    table.ints("frame", rows.iter().map(|r| r.0.frame as i64));
-    table.texts("time_utc", rows.iter().map(|r| r.0.mid.iso_utc()));
+    table.ints("frame", rows.iter().map(|r| r.0.frame() as i64));
+    table.texts("time_utc", rows.iter().map(|r| r.0.mid().iso_utc()));
     table.texts("target", rows.iter().map(|r| r.1.clone()));
     for (k, name) in ["q0", "q1", "q2", "q3"].into_iter().enumerate() {
         table.floats(name, "", rows.iter().map(move |r| r.2[k]));

@@ -105,3 +105,58 @@ pub struct Observability {
     /// True if the frame's centre is below the horizon: no frame can be taken at all.
     pub below_horizon: bool,
 }
+
+/// An exposure as planned.
+#[derive(Debug, Clone)]
+pub enum Planned {
+    /// Its geometry.
+    Known(Box<View>),
+    /// A target's orbit is not known then, so that there is none.
+    Unknown {
+        /// Number of the frame.
+        frame: usize,
+        /// Middle of the exposure.
+        mid: Instant,
+        /// Why.
+        why: String,
+    },
+}
+
+impl Planned {
+    /// The geometry, if it is known.
+    pub fn view(&self) -> Option<&View> {
+        match self {
+            Self::Known(view) => Some(view),
+            Self::Unknown { .. } => None,
+        }
+    }
+
+    /// Number of the frame.
+    pub fn frame(&self) -> usize {
+        match self {
+            Self::Known(view) => view.frame,
+            Self::Unknown { frame, .. } => *frame,
+        }
+    }
+
+    /// Middle of the exposure.
+    pub fn mid(&self) -> &Instant {
+        match self {
+            Self::Known(view) => &view.mid,
+            Self::Unknown { mid, .. } => mid,
+        }
+    }
+
+    /// Why it cannot be observed; empty if it can.
+    pub fn why(&self) -> &str {
+        match self {
+            Self::Known(view) => &view.observability.why,
+            Self::Unknown { why, .. } => why,
+        }
+    }
+
+    /// Whether it can be observed.
+    pub fn observable(&self) -> bool {
+        self.view().is_some_and(|v| v.observability.observable)
+    }
+}

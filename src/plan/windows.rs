@@ -20,9 +20,10 @@ use crate::base::constants::EARTH_RATE_RAD_S;
 use crate::scene::{PlanLimits, Scene};
 use std::f64::consts::PI;
 
-/// Step of the search for times at which an ephemeris, with its gaps, and any other orbit is known \[s\].
-const EPHEMERIS_STEP_S: f64 = 300.0;
-const ORBIT_STEP_S: f64 = 3600.0;
+/// An orbit begins and ceases to be known later than it does by its own clock, by the light time: at most this \[s\].
+const LIGHT_TIME_S: f64 = 60.0;
+/// Bound of the Sun's motion across the sky \[rad/s\]: the Earth's rotation and a fiftieth.
+pub const SUN_RATE: f64 = 1.02 * EARTH_RATE_RAD_S;
 
 /// Why an object cannot be observed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -125,7 +126,7 @@ impl<'a> Night<'a> {
         let sun = pieces(span, LEAST_STEP_S, |t| {
             let observer = Observer::at(&site, t)?;
             let value = limit - sun_elevation(&observer, t);
-            Ok::<_, astro::Error>(Margin { value, safe_s: value.abs() / (1.02 * EARTH_RATE_RAD_S) })
+            Ok::<_, astro::Error>(Margin { value, safe_s: value.abs() / SUN_RATE })
         })?;
         Ok(Self { site, limits: scene.plan.clone(), mask: &scene.station.horizon_deg, span, sun })
     }
@@ -140,7 +141,8 @@ impl<'a> Night<'a> {
     /// # Errors
     /// [`PlanError`] where the Earth's orientation is unknown.
     pub fn windows(&self, motion: &Motion, condition: Option<&Condition>) -> Result<Vec<Window>, PlanError> {
-        let timeline = self.timeline(motion, condition)?;
+        let pace = Pace::of(motion, &self.span.start);
+        let timeline = self.timeline(motion, &pace, condition)?;
         let mut out = Vec::new();
         let mut at = 0;
         while at < timeline.len() {
@@ -170,7 +172,7 @@ impl<'a> Night<'a> {
                 Limits::Broken(shares)
             };
             let highest = if observable {
-                highest(interval, |t| self.elevation(motion, t))?
+                highest(interval, pace.turn_s, |t| self.elevation(motion, t))?
             } else {
                 (interval.start, f64::NAN)
             };
@@ -190,19 +192,25 @@ impl<'a> Night<'a> {
         }
     }
 
-    /// The span cut where the orbit begins and ceases to be known: an ephemeris ends, an object comes down. What is known,
-    /// or not, for less than [`EPHEMERIS_STEP_S`] or [`ORBIT_STEP_S`] may be missed.
+    /// The span cut where the orbit begins and ceases to be known: an ephemeris ends, an object comes down. That happens at
+    /// the ends of an ephemeris' segments; any other orbit is known from some time before its epoch to some time after.
     fn known(&self, motion: &Motion) -> Result<Vec<(Interval, Option<Reason>)>, PlanError> {
-        let step = match motion {
+        let marks = match motion {
             Motion::Fixed(..) => return Ok(vec![(self.span, None)]),
-            Motion::Orbit(Orbit::Ephemeris(_)) => EPHEMERIS_STEP_S,
-            Motion::Orbit(_) => ORBIT_STEP_S,
+            Motion::Orbit(Orbit::Ephemeris(table)) => table.usable().flatten().collect::<Vec<_>>(),
+            Motion::Orbit(orbit) => orbit.epoch().into_iter().collect(),
         };
-        let cut = pieces(self.span, step, |t| {
+        let steady = |t: &Instant| {
+            let next = marks.iter().map(|mark| t.since(mark).abs()).fold(f64::INFINITY, f64::min);
+            // an orbit that is no table may end anywhere: an hour at a time
+            if matches!(motion, Motion::Orbit(Orbit::Ephemeris(_))) { next } else { next.min(3600.0) }
+        };
+        let cut = pieces(self.span, LEAST_STEP_S, |t| {
             let observer = Observer::at(&self.site, t)?;
+            let safe_s = (steady(t) - LIGHT_TIME_S).max(LEAST_STEP_S);
             match motion.place_from(&observer, t) {
-                Ok(_) => Ok(Margin { value: 1.0, safe_s: 0.0 }),
-                Err(astro::Error::Propagation { .. }) => Ok(Margin { value: -1.0, safe_s: 0.0 }),
+                Ok(_) => Ok(Margin { value: 1.0, safe_s }),
+                Err(astro::Error::Propagation { .. }) => Ok(Margin { value: -1.0, safe_s }),
                 Err(other) => Err(other),
             }
         })?;
@@ -213,15 +221,15 @@ impl<'a> Night<'a> {
     fn timeline(
         &self,
         motion: &Motion,
+        pace: &Pace,
         condition: Option<&Condition>,
     ) -> Result<Vec<(Interval, Option<Reason>)>, PlanError> {
-        let pace = Pace::of(motion, &self.span.start);
         let mut timeline: Vec<(Interval, Option<Reason>)> = Vec::new();
         let mut push = |interval: Interval, reason: Option<Reason>| match timeline.last_mut() {
             Some((last, before)) if *before == reason => last.end = interval.end,
             _ => timeline.push((interval, reason)),
         };
-        let lowest_of_mask = self.mask.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
+        let wall = Wall::of(self.mask);
         let min_el = self.limits.min_el_deg.to_radians();
         let mut up = Vec::new();
         for (interval, reason) in self.known(motion)? {
@@ -243,10 +251,8 @@ impl<'a> Night<'a> {
             } else {
                 let seen = self.cut(interval, motion, |_, observer, place| {
                     let seen = apparent(observer, place);
-                    let mask = horizon(self.mask, seen.azimuth.to_degrees()).to_radians();
-                    let clear = seen.elevation.to_degrees() < lowest_of_mask;
-                    let value = seen.elevation - mask;
-                    Margin { value, safe_s: if clear { pace.safe_s(value, place.range_m) } else { 5.0 } }
+                    let value = seen.elevation - horizon(self.mask, seen.azimuth.to_degrees()).to_radians();
+                    Margin { value, safe_s: pace.safe_s(wall.safe_angle(&seen, value), place.range_m) }
                 })?;
                 first_broken(seen, Reason::Mask)
             };
@@ -256,7 +262,7 @@ impl<'a> Night<'a> {
                     let Some(interval) = interval.common(dark) else { continue };
                     let reason = (!holds).then_some(Reason::Sun);
                     let Some(interval) = passes(&mut push, interval, reason) else { continue };
-                    self.lit_and_clear(interval, motion, &pace, condition, &mut push)?;
+                    self.lit_and_clear(interval, motion, pace, condition, &mut push)?;
                 }
             }
         }
@@ -321,6 +327,37 @@ impl<'a> Night<'a> {
                 Err(other) => Err(other),
             }
         })?)
+    }
+}
+
+/// A horizon mask's extremes \[rad\] and its steepest slope.
+struct Wall {
+    lowest: f64,
+    highest: f64,
+    slope: f64,
+}
+
+impl Wall {
+    fn of(mask: &[[f64; 2]]) -> Self {
+        let heights = || mask.iter().map(|p| p[1].to_radians());
+        let round = mask.iter().zip(mask.iter().cycle().skip(1));
+        let slope = |(a, b): (&[f64; 2], &[f64; 2])| {
+            let width = (b[0] - a[0]).rem_euclid(360.0);
+            if width > 0.0 { ((b[1] - a[1]) / width).abs() } else { 0.0 }
+        };
+        Self {
+            lowest: heights().fold(f64::INFINITY, f64::min),
+            highest: heights().fold(f64::NEG_INFINITY, f64::max),
+            slope: round.map(slope).fold(0.0, f64::max),
+        }
+    }
+
+    /// How far \[rad\] a direction, `margin` above the mask, may surely move before it crosses it.
+    fn safe_angle(&self, seen: &Horizontal, margin: f64) -> f64 {
+        let beyond = (seen.elevation - self.highest).max(self.lowest - seen.elevation);
+        // azimuth runs faster than the motion by 1/cos of the elevation
+        let top = (seen.elevation.abs() + margin.abs()).min(1.55);
+        beyond.max(margin.abs() / (1.0 + self.slope / top.cos()))
     }
 }
 

@@ -71,7 +71,7 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
         })
         .collect::<Result<Vec<_>, RunError>>()?;
     let mut rows = per_frame.into_iter().flatten().collect::<Vec<_>>();
-    rows.sort_by_key(|row| row.0.time.epoch());
+    rows.sort_by_key(|row| row.0.time);
     let (mut measurements, geometry): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     borrow_zero_points(&mut measurements);
     let geometry = geometry.into_iter().collect::<Option<Vec<_>>>();
@@ -114,7 +114,7 @@ fn measure_frame(frame: &Frame, job: &Job, planner: Option<&Planner>) -> Result<
 /// The exposure of the scene whose middle is nearest to the frame's.
 fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View, RunError> {
     let exposures = &scene.exposures;
-    let first = crate::astro::time::Instant::new(exposures.start).plus(0.5 * exposures.duration_s);
+    let first = exposures.start.plus(0.5 * exposures.duration_s);
     let number = (frame.time.since(&first) / exposures.cadence_s.max(1e-9)).round().max(0.0);
     let number = (number as usize).min(exposures.count.saturating_sub(1));
     let view = planner.view(number).map_err(SimulateError::from)?;

@@ -4,6 +4,7 @@ use toml::{Table, Value};
 
 use super::fault::Fault;
 use super::tree::{Node, has_targets, show};
+use crate::astro::orbit::kepler::eccentric_anomaly;
 use crate::astro::separation;
 use crate::astro::tumble::checked_inertia;
 use crate::base::constants::EARTH_RADIUS_M;
@@ -141,6 +142,21 @@ impl Look<'_> {
                 &format!("target.{i}.orbit.kepler.e"),
                 "must be below 1; give a parabola or hyperbola as a state",
             ));
+        }
+        if let Some(kepler) = orbit("kepler") {
+            let get = |key: &str| kepler.get(key).and_then(Value::as_float);
+            if let (Some(a_km), Some(e), Some(mean)) =
+                (get("a_km"), get("e").filter(|e| *e < 1.0), get("mean_anomaly_deg"))
+            {
+                let radius_km = a_km * (1.0 - e * eccentric_anomaly(mean.to_radians(), e).cos());
+                if radius_km < EARTH_RADIUS_M / 1e3 {
+                    let message = format!(
+                        "at its epoch it lies {radius_km:.1} km from the Earth's centre; it must be above {:.1} km",
+                        EARTH_RADIUS_M / 1e3
+                    );
+                    found.push(self.fault(&format!("target.{i}.orbit.kepler"), &message));
+                }
+            }
         }
         if let Some([x, y, z]) = orbit("state").and_then(|s| floats(s.get("position_km"))) {
             let radius_km = x.hypot(y).hypot(z);

@@ -207,7 +207,7 @@ impl Key {
             }
             Kind::Size => "be one integer or [width, height], each in 1..65536 px".into(),
             Kind::Horizon => "be pairs [azimuth 0..360 deg, elevation -90..90 deg], azimuth ascending".into(),
-            Kind::Time => "be a time in UTC in the years 1957..2100, such as 2018-01-15T04:00:00Z".into(),
+            Kind::Time => "be a time in UTC in the years 1957..2099, such as 2018-01-15T04:00:00Z".into(),
             Kind::Tle => {
                 "be the two lines of an element set, a name line before them if you like, or a file".into()
             }

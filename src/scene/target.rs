@@ -9,7 +9,6 @@ use super::types::{Attitude, Moment, Orbit, Target};
 use super::value::{epoch, message_for, text_of};
 use crate::astro::attitude::{Profile, Towards};
 use crate::astro::orbit::oem::Ephemeris;
-use crate::astro::time::Instant;
 
 const ORBIT: &str = "target[].orbit";
 const ATTITUDE: &str = "target[].attitude";
@@ -17,7 +16,7 @@ const ATTITUDE: &str = "target[].attitude";
 impl Field for Moment {
     fn read(value: Option<&Value>) -> Option<Self> {
         let time = value?.as_datetime()?;
-        Some(Self { instant: Instant::new(epoch(time)?), text: time.to_string() })
+        Some(Self { instant: epoch(time)?, text: time.to_string() })
     }
     fn write(&self) -> Option<Value> {
         self.text.parse().ok().map(Value::Datetime)

@@ -5,8 +5,6 @@
 
 use std::path::PathBuf;
 
-use hifitime::Epoch;
-
 use super::instrument::{Detector, Station, Table, Telescope};
 use crate::astro::attitude::Towards;
 use crate::astro::orbit::elements::MeanElements;
@@ -101,7 +99,7 @@ pub enum At {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Exposures {
     /// When the shutter opens for frame 0.
-    pub start: Epoch,
+    pub start: Instant,
     /// The same as RFC 3339 text in UTC, ending in Z; this text is what a resolved scene holds.
     pub start_text: String,
     /// Number of exposures.

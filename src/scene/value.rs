@@ -4,7 +4,6 @@ use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use hifitime::{Epoch, TimeScale, Unit};
 use sha2::{Digest, Sha256};
 use toml::Value as Plain;
 use toml::value::{Datetime, Offset, Time};
@@ -15,6 +14,8 @@ use super::types::InputFile;
 use crate::astro::attitude::Profile;
 use crate::astro::orbit::elements::MeanElements;
 use crate::astro::orbit::{oem::Ephemeris, omm, tle::Tle};
+use crate::astro::scales::Scale;
+use crate::astro::time::Instant;
 
 /// Why a value will not do.
 pub(super) enum Wrong {
@@ -185,7 +186,9 @@ pub(super) fn text_of(path: &Path) -> Result<String, Wrong> {
         file.read_to_end(&mut bytes).map(|_| bytes)
     });
     let bytes = read.map_err(|why| cannot_read(path, &why))?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    let text = String::from_utf8_lossy(&bytes);
+    // some editors put a mark of byte order first
+    Ok(text.trim_start_matches('\u{feff}').to_owned())
 }
 
 /// The item for `target` in a file: the only one, or the one of that name.
@@ -331,24 +334,16 @@ fn time(value: &Value) -> Result<Datetime, Wrong> {
     let time = Time { second: Some(time.second.unwrap_or(0)), nanosecond, ..time };
     let normal = Datetime { date: given.date, time: Some(time), offset: Some(Offset::Z) };
     match normal.date {
-        Some(date) if (1957..=2100).contains(&date.year) && epoch(&normal).is_some() => Ok(normal),
+        Some(date) if (1957..=2099).contains(&date.year) && epoch(&normal).is_some() => Ok(normal),
         _ => Err(Wrong::Form),
     }
 }
 
 /// The instant of a time in normal form.
-pub(super) fn epoch(time: &Datetime) -> Option<Epoch> {
+pub(super) fn epoch(time: &Datetime) -> Option<Instant> {
     let (date, clock) = (time.date?, time.time?);
-    let (second, nanos) = (clock.second.unwrap_or(0), clock.nanosecond.unwrap_or(0));
-    let year = i32::from(date.year);
-    let at = |second| {
-        Epoch::maybe_from_gregorian_utc(year, date.month, date.day, clock.hour, clock.minute, second, nanos)
-    };
-    if second < 60 {
-        return at(second).ok();
-    }
-    // a leap second is one SI second after the 59th, counted where seconds do not jump
-    at(59).ok().map(|epoch| epoch.to_time_scale(TimeScale::TAI) + Unit::Second * 1.0)
+    let text = format!("{date}T{clock}");
+    Instant::from_iso(&text, Scale::Utc).ok()
 }
 
 #[cfg(test)]
@@ -367,9 +362,15 @@ mod tests {
             assert_eq!(shown(text).as_deref(), Some("2018-01-15T04:00:00Z"), "{text}");
         }
         assert_eq!(shown("2016-12-31T23:59:60Z").as_deref(), Some("2016-12-31T23:59:60Z"));
-        for text in
-            ["2018-01-15", "2018-01-15T04:00:00+01:00", "1956-12-31T00:00:00Z", "2018-02-30T00:00:00Z", "x"]
-        {
+        for text in [
+            "2018-01-15T04:00:60Z",
+            "2017-12-31T23:59:60Z",
+            "2018-01-15",
+            "2018-01-15T04:00:00+01:00",
+            "1956-12-31T00:00:00Z",
+            "2018-02-30T00:00:00Z",
+            "x",
+        ] {
             assert_eq!(shown(text), None, "{text}");
         }
     }

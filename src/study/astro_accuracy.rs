@@ -10,7 +10,6 @@ use crate::astro::Error;
 use crate::astro::bodies::{EarthState, moon_gcrs, moon_reference};
 use crate::astro::daily::{NODES, Series, number};
 use crate::astro::earth::{Nutation, Orientation, pole};
-use crate::astro::eop;
 use crate::astro::time::Instant;
 use crate::base::accuracy::AccuracyRow;
 use crate::base::units::ARCSEC;
@@ -46,7 +45,7 @@ pub(super) fn rows(planner: &Planner, t: &Instant, clock: &dyn Fn() -> f64) -> R
     };
     nutation("IAU 2006/2000A".into(), None, false, &Orientation::reference)?;
     nutation("IAU 2000B".into(), None, false, &|t| {
-        Ok(Orientation::with(t, &eop::at(t)?, pole(t, Nutation::Iau2000B)))
+        Ok(Orientation::with(t, &Orientation::at(t)?.eop, pole(t, Nutation::Iau2000B)))
     })?;
     for nodes in [3, 4, 6, NODES] {
         let days = (0..4).map(|d| number(t) + d - 2);
@@ -57,12 +56,14 @@ pub(super) fn rows(planner: &Planner, t: &Instant, clock: &dyn Fn() -> f64) -> R
         if nodes == NODES {
             nutation(setting, Some(nodes), true, &Orientation::at)?;
         } else {
-            nutation(setting, Some(nodes), false, &|t| Ok(Orientation::with(t, &eop::at(t)?, of(t).at(t))))?;
+            nutation(setting, Some(nodes), false, &|t| {
+                Ok(Orientation::with(t, &Orientation::at(t)?.eop, of(t).at(t)))
+            })?;
         }
     }
     let bytes = NODES * size_of::<DVec3>();
     let kept = format!("{NODES} nodes a day");
-    rows.extend(vectors("astro.earth", &kept, 3 * bytes, &times, clock, &|t| EarthState::at(t).position, &|t| {
+    rows.extend(vectors("astro.earth", &kept, 4 * bytes, &times, clock, &|t| EarthState::at(t).position, &|t| {
         EarthState::reference(t).position
     }));
     rows.extend(vectors("astro.moon", &kept, bytes, &times, clock, &moon_gcrs, &moon_reference));

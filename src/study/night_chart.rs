@@ -3,12 +3,11 @@
 use crate::astro::bodies::moon_from;
 use crate::astro::time::Instant;
 use crate::plan::PlanError;
-use crate::plan::interval::{Interval, pieces};
-use crate::plan::interval::{LEAST_STEP_S, Margin};
+use crate::plan::interval::{Interval, LEAST_STEP_S, Margin, pieces};
 use crate::plan::place::Motion;
 use crate::plan::planner::Planner;
 use crate::plan::view::Horizontal;
-use crate::plan::windows::{Window, sun_elevation};
+use crate::plan::windows::{SUN_RATE, Window, sun_elevation};
 use crate::scene::Scene;
 use plotters::coord::Shift;
 use plotters::prelude::*;
@@ -83,7 +82,7 @@ impl Sky {
             let limit = window[0].0.to_radians();
             let cut = pieces(span, LEAST_STEP_S, |t| {
                 let value = sun_elevation(&planner.observer(t)?, t) - limit;
-                Ok::<_, PlanError>(Margin { value, safe_s: value.abs() / 7.5e-5 })
+                Ok::<_, PlanError>(Margin { value, safe_s: value.abs() / SUN_RATE })
             })?;
             for (interval, above) in cut {
                 // later bands are painted over earlier ones
@@ -191,7 +190,7 @@ fn altitudes(area: &DrawingArea<SVGBackend, Shift>, scene: &Scene, sky: &Sky, wi
 /// Hours at which the shutter opens, as many as can be told apart.
 fn opening_hours(scene: &Scene, sky: &Sky) -> Vec<f64> {
     let exposures = &scene.exposures;
-    let start = Instant::new(exposures.start).since(&sky.span.start) / 3600.0;
+    let start = exposures.start.since(&sky.span.start) / 3600.0;
     let stride = (exposures.count / 1000).max(1);
     let hours = (0..exposures.count).step_by(stride).map(|k| start + k as f64 * exposures.cadence_s / 3600.0);
     hours.take_while(|h| *h <= sky.span.seconds() / 3600.0).collect()

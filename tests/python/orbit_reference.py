@@ -15,7 +15,7 @@ from scipy.integrate import solve_ivp
 from scipy.interpolate import CubicSpline
 from scipy.special import lpmv
 
-EARTH_GM = 398600.4418  # km^3/s^2
+EARTH_GM = 398600.4415  # km^3/s^2
 SUN_GM = 1.3271244e11
 MOON_GM = 0.0123000371 * EARTH_GM
 RADIUS_KM = 6378.1363

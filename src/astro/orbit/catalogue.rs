@@ -15,17 +15,19 @@ pub struct Listed {
 }
 
 impl Listed {
-    /// The objects of a text. Faulty two-line sets are left out and told; a message with a fault fails as a whole.
+    /// The objects of a text. Those that cannot be used are left out and told.
     ///
     /// # Errors
-    /// [`Error::Elements`] where the text holds no object, or a message cannot be read.
+    /// [`Error::Elements`] where the text holds no object that can be used.
     pub fn read(text: &str) -> Result<Self, Error> {
-        if omm::looks_like(text) {
-            return Ok(Self { objects: omm::all(text)?, faults: Vec::new() });
-        }
+        let read = if omm::looks_like(text) {
+            omm::each(text)?
+        } else {
+            Tle::all(text).iter().map(Tle::elements).collect()
+        };
         let mut listed = Self::default();
-        for set in Tle::all(text) {
-            match set.elements() {
+        for object in read {
+            match object {
                 Ok(elements) => listed.objects.push(elements),
                 Err(fault) => listed.faults.push(fault),
             }

@@ -58,7 +58,7 @@ impl Numerical {
         );
         let forces = Forces::needed(perigee, apogee.max(radius), span_s, tolerance_m);
         // a hundredth of the time in which gravity would turn the motion round
-        let first = 0.01 * (radius.powi(3) / EARTH_GM).sqrt();
+        let first = (0.01 * (radius.powi(3) / EARTH_GM).sqrt()).min(86_400.0);
         let side = |length| Mutex::new(Side { walk: Walk::new(state, length), steps: Vec::new(), end: None });
         Ok(Self { name: name.to_owned(), epoch, forces, sides: Arc::new([side(first), side(-first)]) })
     }
@@ -111,9 +111,12 @@ impl Numerical {
         let step = side.walk.step(|s, r| self.forces.acceleration(&self.epoch.plus(s), r))?;
         match step {
             Some(step) if step.at(step.end()).position.length() >= EARTH_RADIUS_M => side.steps.push(step),
-            _ => {
-                let end = side.steps.last().map_or(self.epoch, |s| self.epoch.plus(s.end()));
-                side.end = Some(format!("it meets the Earth after {} UTC", end.iso_utc()));
+            step => {
+                let end = side.steps.last().map_or(self.epoch, |s| self.epoch.plus(s.end())).iso_utc();
+                side.end = Some(match step {
+                    Some(_) => format!("it meets the Earth after {end} UTC"),
+                    None => format!("it cannot be integrated beyond {end} UTC: steps shrink to nothing"),
+                });
             }
         }
         Ok(())

@@ -82,6 +82,11 @@ impl Ephemeris {
         [starts.min().unwrap_or(zero), ends.max().unwrap_or(zero)]
     }
 
+    /// First and last usable instant of each segment.
+    pub fn usable(&self) -> impl Iterator<Item = [Instant; 2]> + '_ {
+        self.segments.iter().map(|s| s.usable)
+    }
+
     /// GCRS position and velocity at `t`.
     ///
     /// # Errors
@@ -89,12 +94,9 @@ impl Ephemeris {
     pub fn gcrs(&self, t: &Instant) -> Result<State, Error> {
         let holds = |s: &&Segment| s.usable[0] <= *t && *t <= s.usable[1];
         let segment = self.segments.iter().find(holds).ok_or_else(|| {
-            let [first, last] = self.span();
-            Error::Propagation {
-                name: self.name.clone(),
-                utc: t.iso_utc(),
-                reason: format!("the ephemeris holds from {} to {} UTC", first.iso_utc(), last.iso_utc()),
-            }
+            let spans = self.usable().map(|[first, last]| format!("{} to {}", first.iso_utc(), last.iso_utc()));
+            let reason = format!("the ephemeris holds from {} UTC", spans.collect::<Vec<_>>().join(", "));
+            Error::Propagation { name: self.name.clone(), utc: t.iso_utc(), reason }
         })?;
         segment.frame.to_gcrs(t, segment.interpolate(t))
     }
@@ -235,6 +237,13 @@ impl Segment {
         // beyond the lines themselves nothing can be interpolated
         let start = bound("USEABLE_START_TIME", first.0)?.max(first.0);
         let stop = bound("USEABLE_STOP_TIME", last.0)?.min(last.0);
+        if start > stop {
+            return Err(format!(
+                "USEABLE_START_TIME {} lies after USEABLE_STOP_TIME {} (UTC, within the lines)",
+                start.iso_utc(),
+                stop.iso_utc()
+            ));
+        }
         Ok(Self { frame, method, degree, usable: [start, stop], lines })
     }
 

@@ -6,16 +6,17 @@
 use super::super::Error;
 use super::super::{scales::Scale, time::Instant};
 use super::elements::MeanElements;
+use super::tle::catalog_number;
 use std::collections::BTreeMap;
 
 /// Keywords and values of one message.
 type Message = BTreeMap<String, String>;
 
-/// All elements of a text; the form is told from its first character.
+/// The elements of every message of a text, or what is wrong with that message; the form is told from its first character.
 ///
 /// # Errors
-/// [`Error::Elements`] with the message and keyword that cannot be used.
-pub fn all(text: &str) -> Result<Vec<MeanElements>, Error> {
+/// [`Error::Elements`] for a text that holds no message or is not of its form.
+pub fn each(text: &str) -> Result<Vec<Result<MeanElements, Error>>, Error> {
     let fault = |reason: String| Error::Elements { name: "orbit mean-elements message".into(), reason };
     let messages = match text.trim_start_matches('\u{feff}').trim_start().chars().next() {
         Some('<') => xml(text.trim_start_matches('\u{feff}').trim()).map_err(fault)?,
@@ -25,7 +26,15 @@ pub fn all(text: &str) -> Result<Vec<MeanElements>, Error> {
     if messages.is_empty() {
         return Err(fault("there is none: no MEAN_MOTION in the text".into()));
     }
-    messages.iter().map(elements).collect()
+    Ok(messages.iter().map(elements).collect())
+}
+
+/// All elements of a text.
+///
+/// # Errors
+/// [`Error::Elements`] with the first message and keyword that cannot be used.
+pub fn all(text: &str) -> Result<Vec<MeanElements>, Error> {
+    each(text)?.into_iter().collect()
 }
 
 /// Whether a text looks like such messages rather than two-line sets.
@@ -119,7 +128,13 @@ fn elements(message: &Message) -> Result<MeanElements, Error> {
     let argp_deg = number("ARG_OF_PERICENTER", None);
     let mean_anomaly_deg = number("MEAN_ANOMALY", None);
     let bstar = number("BSTAR", Some(0.0));
-    let catalog = number("NORAD_CAT_ID", Some(0.0));
+    let catalog = get("NORAD_CAT_ID").map_or(Some(0), catalog_number);
+    if catalog.is_none() {
+        wrong.push(format!(
+            "NORAD_CAT_ID = {}: must be a number or Alpha-5",
+            get("NORAD_CAT_ID").unwrap_or_default()
+        ));
+    }
     let epoch = match get("EPOCH").map(|text| Instant::from_iso(text.trim_end_matches('Z'), Scale::Utc)) {
         Some(Ok(epoch)) => Some(epoch),
         Some(Err(why)) => {
@@ -131,13 +146,13 @@ fn elements(message: &Message) -> Result<MeanElements, Error> {
             None
         }
     };
-    let (Some(epoch), true) = (epoch, wrong.is_empty()) else {
+    let (Some(epoch), Some(catalog_number), true) = (epoch, catalog, wrong.is_empty()) else {
         let name = name.map_or_else(|| format!("object {}", get("NORAD_CAT_ID").unwrap_or("?")), str::to_owned);
         return Err(Error::Elements { name, reason: wrong.join("; ") });
     };
     MeanElements {
         name: name.map(str::to_owned),
-        catalog_number: catalog.clamp(0.0, 1e15) as u64,
+        catalog_number,
         designator: get("OBJECT_ID").unwrap_or_default().to_owned(),
         epoch,
         mean_motion_rev_day,
@@ -205,6 +220,10 @@ mod tests {
         );
         assert!(fault("MEAN_ANOMALY = 117.1094\n", "").contains("MEAN_ANOMALY is missing"));
         assert!(fault("TIME_SYSTEM = UTC", "TIME_SYSTEM = TDB").contains("TIME_SYSTEM = TDB: must be UTC"));
+        assert!(fault("NORAD_CAT_ID = 35491", "NORAD_CAT_ID = -5.5").contains("NORAD_CAT_ID = -5.5"));
+        assert_eq!(all(&KVN.replace("= 35491", "= T0001")).expect("Alpha-5")[0].catalog_number, 270_001);
+        let mixed = each(&format!("{KVN}{}", KVN.replace("= .0009544", "= 1.5"))).expect("two messages");
+        assert!(mixed[0].is_ok() && mixed[1].is_err());
         for nonsense in ["", "<a", "{", "[1, 2]", "<a/>", "a = b", "<!DOCTYPE a [<!ENTITY b 'c'>]><a>&b;</a>"] {
             assert!(all(nonsense).is_err(), "{nonsense}");
         }

@@ -42,12 +42,13 @@ impl Tle {
 
     /// All sets of a text, in its order; lines that belong to none are passed over.
     pub fn all(text: &str) -> Vec<Self> {
-        let lines: Vec<&str> = text.lines().map(str::trim).filter(|line| !line.is_empty()).collect();
+        let lines: Vec<&str> =
+            text.trim_start_matches('\u{feff}').lines().map(str::trim).filter(|line| !line.is_empty()).collect();
         let mut sets = Vec::new();
         for (i, pair) in lines.windows(2).enumerate() {
             if pair[0].starts_with("1 ") && pair[1].starts_with("2 ") {
                 let before = i.checked_sub(1).and_then(|at| lines.get(at));
-                let name = before.filter(|line| !line.starts_with("2 ") && !line.starts_with('#'));
+                let name = before.filter(|line| !["1 ", "2 ", "#"].iter().any(|no| line.starts_with(no)));
                 sets.push(Self::new(name.copied(), pair[0], pair[1]));
             }
         }
@@ -59,10 +60,13 @@ impl Tle {
         let mut faults = Vec::new();
         for (line, number) in self.lines.iter().zip(1u32..) {
             let length = line.chars().count();
-            if !line.is_ascii() || length != 69 {
+            if let Some((column, odd)) = line.chars().enumerate().find(|(_, c)| !c.is_ascii()) {
                 faults.push(format!(
-                    "line {number} of the element set has {length} characters; it must have 69, all ASCII"
+                    "line {number} of the element set, column {}: {odd:?} is not ASCII",
+                    column + 1
                 ));
+            } else if length != 69 {
+                faults.push(format!("line {number} of the element set has {length} characters; it must have 69"));
             } else if !line.starts_with(&format!("{number} ")) {
                 faults.push(format!("line {number} of the element set must begin with \"{number} \""));
             } else if line[68..] != checksum(line).to_string() {
@@ -149,7 +153,7 @@ fn title(line: &str) -> String {
 }
 
 /// Catalogue number: digits, or Alpha-5.
-fn catalog_number(field: &str) -> Option<u64> {
+pub fn catalog_number(field: &str) -> Option<u64> {
     let field = field.trim();
     let first = field.chars().next()?;
     match ALPHA_5.find(first) {
