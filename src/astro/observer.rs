@@ -271,6 +271,26 @@ mod tests {
         }
     }
 
+    /// Nothing but the local axes and the air tells an observer on the ground from one in space.
+    #[test]
+    fn an_observer_in_space_sees_the_same_stars_and_satellites() {
+        let t = Instant::from_utc("2018-01-20T03:00:00").expect("a date");
+        let ground = pogs();
+        let space = Observer::in_space(ground.gcrs, ground.velocity, &t).expect("inside");
+        assert_eq!((space.gcrs, space.pole), (ground.gcrs, ground.pole));
+        for place in [crate::astro::direction(1.2, 0.3), crate::astro::direction(4.0, -1.5)] {
+            // aberrated alike: 20 arcsec of the Earth's motion, 0.3 of the ground's
+            let turned = ground.gcrs_to_local.transpose() * ground.airless(place);
+            assert!(crate::astro::separation(turned, space.observed(place)) < 1e-14);
+            assert!(crate::astro::separation(space.astrometric(space.observed(place)), place) < 1e-14);
+        }
+        // in a low orbit the aberration is that of its own speed
+        let low = Observer::in_space(DVec3::X * 7e6, DVec3::Y * 7.5e3, &t).expect("inside");
+        let still = Observer::in_space(DVec3::X * 7e6, DVec3::ZERO, &t).expect("inside");
+        let shift = crate::astro::separation(low.observed(DVec3::Z), still.observed(DVec3::Z)) / ARCSEC;
+        assert!((shift - 7.5e3 / LIGHT_M_S / ARCSEC).abs() < 0.01, "{shift}");
+    }
+
     #[test]
     fn airmass_at_tabulated_elevations() {
         assert!((airmass(90f64.to_radians()) - 1.0).abs() < 1e-4);

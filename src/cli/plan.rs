@@ -13,7 +13,7 @@ use crate::io::ecsv::to_ecsv;
 use crate::plan::PlanError;
 use crate::plan::pace::Pace;
 use crate::plan::place::Motion;
-use crate::plan::planner::{Planner, known};
+use crate::plan::planner::{OLD_ELEMENTS_DAYS, Planner, known};
 use crate::plan::view::Planned;
 use crate::plan::windows::{Night, Window};
 use crate::plan::{crossing, table};
@@ -158,7 +158,11 @@ impl Objects {
         if faults.len() > 5 {
             talk.say(&format!("warning: {} more objects left out", faults.len() - 5));
         }
-        talk.say(&format!("{} objects, elements up to {oldest:.1} days from the exposures", own.elements.len()));
+        let warning = if oldest > OLD_ELEMENTS_DAYS { "warning: " } else { "" };
+        talk.say(&format!(
+            "{warning}{} objects, elements up to {oldest:.1} days from the exposures",
+            own.elements.len()
+        ));
         Ok(own)
     }
 

@@ -33,7 +33,7 @@ pub(super) fn time(args: &TimeArgs, global: &Global) -> Result<(), Failure> {
             json!({
                 "ut1_minus_utc_s": e.ut1_minus_tai + t.leap_seconds(), "xp_arcsec": e.xp / ARCSEC, "yp_arcsec": e.yp / ARCSEC,
                 "dx_mas": e.dx / ARCSEC * 1e3, "dy_mas": e.dy / ARCSEC * 1e3, "days_beyond_table": e.beyond_days,
-                "ut1_bound_s": e.ut1_bound_s(), "gmst_deg": gmst(&t).map_or(f64::NAN, f64::to_degrees),
+                "ut1_bound_s": e.ut1_bound_s(), "pole_bound_arcsec": e.pole_bound() / ARCSEC, "gmst_deg": gmst(&t).map_or(f64::NAN, f64::to_degrees),
             })
         });
         return print_json(&json!({
@@ -57,9 +57,10 @@ pub(super) fn time(args: &TimeArgs, global: &Global) -> Result<(), Failure> {
             if eop.beyond_days > 0.0 {
                 let _ = writeln!(
                     out,
-                    "extrapolated {:.0} days beyond the Earth orientation table: UT1 within {:.2} s",
+                    "extrapolated {:.0} days beyond the Earth orientation table: UT1 within {:.2} s, pole within {:.2} arcsec",
                     eop.beyond_days,
-                    eop.ut1_bound_s()
+                    eop.ut1_bound_s(),
+                    eop.pole_bound() / ARCSEC
                 );
             }
         }

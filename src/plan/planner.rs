@@ -24,7 +24,7 @@ use rayon::prelude::*;
 const RATE_STEP_S: f64 = 0.1;
 
 /// Elements farther from the first exposure than this are warned about \[days\].
-const OLD_ELEMENTS_DAYS: f64 = 14.0;
+pub const OLD_ELEMENTS_DAYS: f64 = 14.0;
 
 /// Midpoints of the mean share of sunlight over an exposure in which the share changes: 1e-4 of the exposure.
 const SHADOW_STEPS: usize = 256;

@@ -135,6 +135,18 @@ def earth(t):
     return heliocentric["p"] * AU_KM, barycentric["p"] * AU_KM
 
 
+def sun_apparent(t):
+    """The Sun from the geocentre [km]: where its light, one light time old, comes from in the
+    Earth's frame."""
+    _, here = erfa.epv00(t.tdb.jd1, t.tdb.jd2)
+    tau = np.linalg.norm(earth(t)[0]) / C_KM_S
+    heliocentric, barycentric = earth(t - TimeDelta(tau, format="sec"))
+    astrometric = (barycentric - heliocentric) - here["p"] * AU_KM
+    away = np.linalg.norm(astrometric)
+    beta = here["v"] * AU_KM / 86400.0 / C_KM_S
+    return away * erfa.ab(astrometric / away, beta, away / AU_KM, np.sqrt(1.0 - beta @ beta))
+
+
 def light_time(place, t, observer):
     """Vector from the observer at t to place(t - tau), and tau [s]."""
     tau = 0.0
@@ -258,7 +270,7 @@ def row(sat, station, t):
         "range_km": tau * C_KM_S,
         "ra_rate_arcsec_s": np.degrees(eastward) * 3600.0 / 0.2,
         "dec_rate_arcsec_s": np.degrees(northward) * 3600.0 / 0.2,
-        "phase_deg": angle_deg(to_sun - at_emission, observer - at_emission),
+        "phase_deg": angle_deg(sun_apparent(t) - at_emission, observer - at_emission),
         "sun_el_deg": sun_here.transform_to(frame).alt.deg,
         "moon_el_deg": moon_el_deg,
         "moon_sep_deg": angle_deg(moon_here, geocentric),
