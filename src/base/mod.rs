@@ -7,5 +7,6 @@ pub mod ledger;
 pub mod nodes;
 pub mod random;
 pub mod sample;
+pub mod surface_brightness;
 pub mod table;
 pub mod units;

@@ -20,6 +20,7 @@ pub mod zodiacal;
 use crate::astro::observer::airmass;
 use crate::astro::observer::azimuth_elevation;
 use crate::base::ledger::{Row, Verdict, Why};
+use crate::base::surface_brightness::MagArcsec2;
 use crate::base::units::{ARCSEC, ARCSEC_PER_RAD, flux_from_mag};
 use crate::light::tables;
 use crate::light::throughput::{RateAtAirmass, Throughput};
@@ -84,10 +85,10 @@ impl<'a> Context<'a> {
         self.pixel_sr * ARCSEC_PER_RAD * ARCSEC_PER_RAD
     }
 
-    /// Electrons per pixel in the exposure from a surface brightness `mag_arcsec2` (V, solar colour) measured at
-    /// the ground; 0 for NaN.
-    pub fn electrons_at_ground(&self, mag_arcsec2: f64) -> f64 {
-        let flux = flux_from_mag(mag_arcsec2);
+    /// Electrons per pixel in the exposure from a surface brightness (V, solar colour) measured at the ground; 0
+    /// for NaN.
+    pub fn electrons_at_ground(&self, brightness: MagArcsec2) -> f64 {
+        let flux = flux_from_mag(brightness.0);
         if flux.is_nan() {
             return 0.0;
         }
@@ -129,7 +130,7 @@ pub fn sources<'a>(context: &'a Context<'a>) -> Vec<Box<dyn Source + 'a>> {
     let choose = |model: &SkyModel, name, keyword, modelled: &dyn Fn() -> Box<dyn Source + 'a>| match model {
         SkyModel::Auto | SkyModel::Named(_) => modelled(),
         SkyModel::Off => Box::new(surface::Surface::off(context, name, keyword)) as Box<dyn Source>,
-        SkyModel::Surface(mag) => Box::new(surface::Surface::new(context, name, keyword, *mag)),
+        SkyModel::Surface(mag) => Box::new(surface::Surface::new(context, name, keyword, MagArcsec2(*mag))),
     };
     vec![
         choose(airglow, "sky.airglow", "SKYAIRG", &|| Box::new(airglow::Airglow::new(context))),

@@ -10,7 +10,7 @@
 use super::{Context, Source, Toward};
 use crate::astro::{separation, shadow};
 use crate::base::ledger::{Verdict, Why};
-use crate::base::units::mag_arcsec2_from_nanolambert;
+use crate::base::surface_brightness::Nanolambert;
 use crate::light::tables::{Kind, curve};
 use std::f64::consts::FRAC_PI_2;
 
@@ -73,7 +73,7 @@ impl<'a> Moonlight<'a> {
     fn electrons(&self, rho: f64, zenith_distance: f64) -> f64 {
         let airmass = scattering_airmass(zenith_distance);
         let nl = nanolambert(rho, self.illuminance, self.extinction, self.moon_airmass, airmass);
-        self.context.electrons_at_ground(mag_arcsec2_from_nanolambert(nl))
+        self.context.electrons_at_ground(Nanolambert(nl).into())
     }
 }
 
@@ -119,6 +119,7 @@ impl Source for Moonlight<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::base::surface_brightness::MagArcsec2;
 
     /// Worked by hand from their equations: k = 0.172, phase 30 deg, Moon and field 45 deg up and 60 deg apart.
     #[test]
@@ -131,6 +132,20 @@ mod tests {
         assert!((f / (10f64.powf(5.36) * 1.31 + 10f64.powf(4.65)) - 1.0).abs() < 1e-9);
         let b = nanolambert(60f64.to_radians(), i, 0.172, x, x);
         assert!((b - 772.3).abs() < 0.1, "{b} nL");
+    }
+
+    /// The zenith of a sky of V = 21.8 by night, the Moon 60 deg from it, k = 0.172: V = 18.85 near full Moon, 20.79 at
+    /// a quarter.
+    #[test]
+    fn the_moonlit_zenith_is_as_bright_as_published() {
+        let dark = Nanolambert::from(MagArcsec2(21.8)).0;
+        let moon_airmass = scattering_airmass(60f64.to_radians());
+        for (phase, published) in [(7.0, 18.85), (90.0, 20.79)] {
+            let i = illuminance(f64::to_radians(phase));
+            let moonlit = nanolambert(60f64.to_radians(), i, 0.172, moon_airmass, 1.0);
+            let MagArcsec2(v) = Nanolambert(dark + moonlit).into();
+            assert!((v - published).abs() < 0.02, "phase {phase} deg: V {v}");
+        }
     }
 
     #[test]

@@ -9,7 +9,7 @@
 use super::moonlight::scattering_airmass;
 use super::{Context, Source, Toward};
 use crate::base::ledger::{Verdict, Why};
-use crate::base::units::mag_arcsec2_from_mcd_m2;
+use crate::base::surface_brightness::Luminance;
 
 /// Light pollution of a frame.
 pub struct Pollution<'a> {
@@ -20,8 +20,8 @@ pub struct Pollution<'a> {
 impl<'a> Pollution<'a> {
     /// The light pollution of a frame.
     pub fn new(context: &'a Context<'a>) -> Self {
-        let mag = mag_arcsec2_from_mcd_m2(context.scene.station.artificial_zenith_mcd_m2);
-        Self { context, zenith_electrons: context.electrons_at_ground(mag) }
+        let artificial = Luminance(context.scene.station.artificial_zenith_mcd_m2);
+        Self { context, zenith_electrons: context.electrons_at_ground(artificial.into()) }
     }
 
     fn electrons(&self, zenith_distance: f64) -> f64 {

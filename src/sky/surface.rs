@@ -2,26 +2,27 @@
 
 use super::{Context, Source, Toward};
 use crate::base::ledger::{Verdict, Why};
+use crate::base::surface_brightness::MagArcsec2;
 
 /// A uniform or tilted surface brightness.
 pub struct Surface {
     name: &'static str,
     keyword: &'static str,
     electrons: f64,
-    mag_arcsec2: Option<f64>,
+    brightness: Option<MagArcsec2>,
     tilt: [f64; 2],
 }
 
 impl Surface {
-    /// The source `name` as a surface brightness \[V mag/arcsec^2\].
-    pub fn new(context: &Context, name: &'static str, keyword: &'static str, mag_arcsec2: f64) -> Self {
-        let electrons = context.electrons_at_ground(mag_arcsec2);
-        Self { name, keyword, electrons, mag_arcsec2: Some(mag_arcsec2), tilt: context.scene.sky.tilt }
+    /// The source `name` as a surface brightness in V.
+    pub fn new(context: &Context, name: &'static str, keyword: &'static str, brightness: MagArcsec2) -> Self {
+        let electrons = context.electrons_at_ground(brightness);
+        Self { name, keyword, electrons, brightness: Some(brightness), tilt: context.scene.sky.tilt }
     }
 
     /// The source `name`, switched off.
     pub fn off(_: &Context, name: &'static str, keyword: &'static str) -> Self {
-        Self { name, keyword, electrons: 0.0, mag_arcsec2: None, tilt: [0.0; 2] }
+        Self { name, keyword, electrons: 0.0, brightness: None, tilt: [0.0; 2] }
     }
 }
 
@@ -35,11 +36,12 @@ impl Source for Surface {
     }
 
     fn basis(&self) -> String {
-        self.mag_arcsec2.map_or_else(String::new, |mag| format!("given: V {mag} mag/arcsec^2 at the ground"))
+        self.brightness
+            .map_or_else(String::new, |MagArcsec2(mag)| format!("given: V {mag} mag/arcsec^2 at the ground"))
     }
 
     fn assess(&self) -> Verdict {
-        match self.mag_arcsec2 {
+        match self.brightness {
             None => Verdict::Absent(Why::NotAsked),
             Some(_) => Verdict::Needed { bound: self.electrons * (1.0 + self.tilt[0].abs() + self.tilt[1].abs()) },
         }

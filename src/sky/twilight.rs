@@ -11,6 +11,7 @@
 
 use super::{Context, Source, Toward};
 use crate::base::ledger::{Verdict, Why};
+use crate::base::surface_brightness::MagArcsec2;
 use crate::base::units::flux_from_mag;
 
 const COEFFICIENTS: [f64; 3] = [11.84, 1.518, -0.057];
@@ -66,7 +67,7 @@ impl<'a> Twilight<'a> {
     pub fn new(context: &'a Context<'a>) -> Self {
         let sun_zenith_deg = 90.0 - context.view.sun.horizontal.elevation.to_degrees();
         let excess = zenith_excess(sun_zenith_deg).unwrap_or(0.0);
-        Self { context, sun_zenith_deg, zenith_electrons: context.electrons_at_ground(0.0) * excess }
+        Self { context, sun_zenith_deg, zenith_electrons: context.electrons_at_ground(MagArcsec2(0.0)) * excess }
     }
 
     fn electrons(&self, azimuth: f64, airmass: f64) -> f64 {
