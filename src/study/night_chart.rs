@@ -1,6 +1,7 @@
 //! The chart of a night: altitude against time, with the twilights, the Moon, the targets and their windows.
 
 use crate::astro::bodies::moon_from;
+use crate::astro::observer::Observer;
 use crate::astro::time::Instant;
 use crate::plan::PlanError;
 use crate::plan::interval::{Interval, LEAST_STEP_S, Margin, pieces};
@@ -55,7 +56,7 @@ pub fn svg(
     windows: &[Vec<Window>],
 ) -> Result<String, PlanError> {
     let span = Interval { end: span.end.min(span.start.plus(LONGEST_S)), ..span };
-    let sky = Sky::of(planner, span, windows.len().min(MOST_TARGETS))?;
+    let sky = Sky::of(planner, span, &windows[..windows.len().min(MOST_TARGETS)])?;
     let mut text = String::new();
     // drawing into a string fails only where the chart has no room, which its size gives
     let drawn = draw(&mut text, scene, &sky, windows);
@@ -75,7 +76,7 @@ struct Sky {
 }
 
 impl Sky {
-    fn of(planner: &Planner, span: Interval, targets: usize) -> Result<Self, PlanError> {
+    fn of(planner: &Planner, span: Interval, windows: &[Vec<Window>]) -> Result<Self, PlanError> {
         let hours = |t: &Instant| t.since(&span.start) / 3600.0;
         let mut bands = Vec::new();
         for (number, window) in BANDS.windows(2).enumerate() {
@@ -93,18 +94,28 @@ impl Sky {
             }
         }
         let step = span.seconds() / STEPS as f64;
-        let mut sky = Self { span, bands, moon: Vec::new(), targets: vec![Vec::new(); targets] };
+        let mut sky = Self { span, bands, moon: Vec::new(), targets: vec![Vec::new(); windows.len()] };
+        let elevation = |enu| Horizontal::of(enu).elevation.to_degrees();
+        let target = |number: usize, observer: &Observer, t: &Instant| {
+            let place = planner.motion(number).and_then(|m: &Motion| m.place_from(observer, t).ok());
+            place.map_or(f64::NAN, |p| elevation(observer.refracted(observer.airless_geocentric(p.geocentric))))
+        };
         for k in 0..=STEPS {
             let t = span.start.plus(k as f64 * step);
             let observer = planner.observer(&t)?;
-            let elevation = |enu| Horizontal::of(enu).elevation.to_degrees();
             sky.moon.push((hours(&t), elevation(observer.airless_geocentric(moon_from(&t, observer.gcrs)))));
             for (number, curve) in sky.targets.iter_mut().enumerate() {
-                let place = planner.motion(number).and_then(|m: &Motion| m.place_from(&observer, &t).ok());
-                let apparent =
-                    place.map(|p| elevation(observer.refracted(observer.airless_geocentric(p.geocentric))));
-                curve.push((hours(&t), apparent.unwrap_or(f64::NAN)));
+                curve.push((hours(&t), target(number, &observer, &t)));
             }
+        }
+        // a low satellite moves far in a step: its windows are drawn from edge to edge, over its highest place
+        for (number, (curve, own)) in sky.targets.iter_mut().zip(windows).enumerate() {
+            let observable = own.iter().filter(|w| w.observable);
+            let turns = observable.flat_map(|w| [w.interval.start, w.highest.0, w.interval.end]);
+            for t in turns.filter(|t| (span.start..=span.end).contains(t)) {
+                curve.push((hours(&t), target(number, &planner.observer(&t)?, &t)));
+            }
+            curve.sort_by(|a, b| a.0.total_cmp(&b.0));
         }
         Ok(sky)
     }
@@ -196,10 +207,23 @@ fn opening_hours(scene: &Scene, sky: &Sky) -> Vec<f64> {
     hours.take_while(|h| *h <= sky.span.seconds() / 3600.0).collect()
 }
 
-/// The parts of a curve above the horizon, its hours counted from `first`.
+/// The parts of a curve above the horizon, from rise to set between its points, its hours counted from `first`.
 fn above_horizon(curve: &[(f64, f64)], first: f64) -> Vec<Vec<(f64, f64)>> {
-    let parts = curve.split(|(_, el)| el.is_nan() || *el < 0.0).filter(|part| part.len() > 1);
-    parts.map(|part| part.iter().map(|(h, el)| (first + h, *el)).collect()).collect()
+    let (mut parts, mut part) = (Vec::new(), Vec::new());
+    for (number, (h, el)) in curve.iter().enumerate() {
+        let before = number.checked_sub(1).map(|k| curve[k]);
+        if let Some((h0, el0)) = before.filter(|(_, el0)| el0 * el < 0.0) {
+            part.push((first + h0 + (h - h0) * el0 / (el0 - el), 0.0));
+        }
+        if *el >= 0.0 {
+            part.push((first + h, *el));
+        } else {
+            parts.push(std::mem::take(&mut part));
+        }
+    }
+    parts.push(part);
+    parts.retain(|part| part.len() > 1);
+    parts
 }
 
 /// A strip a target, with its windows; below it what the lines and shades mean.
@@ -238,4 +262,30 @@ fn gantt(area: &DrawingArea<SVGBackend, Shift>, scene: &Scene, sky: &Sky, window
     let words = format!("dashed: Moon; thick: observable; marks at the top: exposures{more}");
     area.draw(&Text::new(words, (at + 10, base), label(14)))?;
     Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn curves_rise_and_set_between_their_points() {
+        let curve = [
+            (0.0, -1.0),
+            (1.0, 1.0),
+            (2.0, 3.0),
+            (3.0, -1.0),
+            (4.0, f64::NAN),
+            (5.0, 2.0),
+            (6.0, 0.0),
+            (7.0, -1.0),
+            (8.0, 3.0),
+        ];
+        let parts = above_horizon(&curve, 10.0);
+        assert_eq!(parts[0], [(10.5, 0.0), (11.0, 1.0), (12.0, 3.0), (12.75, 0.0)]);
+        assert_eq!(parts[1], [(15.0, 2.0), (16.0, 0.0)]);
+        assert_eq!(parts[2], [(17.25, 0.0), (18.0, 3.0)]);
+        assert_eq!(parts.len(), 3);
+        assert!(above_horizon(&[(0.0, -1.0), (1.0, f64::NAN)], 0.0).is_empty());
+    }
 }
