@@ -13,6 +13,7 @@ use crate::plan::planner::Planner;
 use crate::plan::view::View;
 use crate::scene::{Scene, Table};
 use crate::sky::Context;
+use crate::sky::response::Response;
 use crate::stars::catalogue::{Catalogue, CatalogueError};
 
 /// What can go wrong while simulating.
@@ -50,7 +51,8 @@ pub struct Simulator<'a> {
     pub scene: &'a Scene,
     /// The geometry.
     pub planner: Planner<'a>,
-    throughput: Throughput,
+    /// From light to electrons.
+    pub response: Response,
     catalogue: Catalogue,
     scene_sha: String,
 }
@@ -64,7 +66,7 @@ impl<'a> Simulator<'a> {
         Ok(Self {
             scene,
             planner: Planner::new(scene)?,
-            throughput: Throughput::of(scene)?,
+            response: Response::new(scene, Throughput::of(scene)?),
             catalogue: catalogue(scene)?,
             scene_sha: scene.sha256(),
         })
@@ -77,7 +79,7 @@ impl<'a> Simulator<'a> {
 
     /// What the sky's sources of one exposure need.
     pub fn sky_context<'c>(&'c self, view: &'c View) -> Context<'c> {
-        Context::new(self.scene, view, &self.throughput, &self.catalogue)
+        Context::of_view(self.scene, view, &self.response)
     }
 
     /// The means of one exposure.
@@ -87,7 +89,7 @@ impl<'a> Simulator<'a> {
 
     /// The means of one exposure, with times in its ledger by a `clock` that gives seconds since some moment.
     pub fn timed_scenery(&self, view: &View, clock: &dyn Fn() -> f64) -> Scenery {
-        Scenery::new(self.scene, view, &self.throughput, &self.catalogue, clock)
+        Scenery::new(self.scene, view, &self.response, &self.catalogue, clock)
     }
 
     /// The pixels of `region` of one exposure: counted, read out, converted.

@@ -175,6 +175,11 @@ impl Observer {
     }
 }
 
+/// Standard pressure \[hPa\] at a height \[m\]: U.S. Standard Atmosphere 1976, troposphere.
+pub fn standard_pressure_hpa(height_m: f64) -> f64 {
+    1013.25 * libm::pow((1.0 - 2.25577e-5 * height_m).clamp(0.0, 1.01), 5.25588)
+}
+
 /// Azimuth from north, clockwise, in \[0, 2 pi), and elevation \[rad\] of an (east, north, up) vector.
 pub fn azimuth_elevation(enu: DVec3) -> (f64, f64) {
     (wrap_two_pi(enu.x.atan2(enu.y)), enu.z.atan2(enu.x.hypot(enu.y)))

@@ -79,6 +79,10 @@ pub struct Row {
     pub bound: f64,
     /// Mean at the frame's centre, of stars and target over the frame, averaged over the frames \[e-/px\]; 0 if absent.
     pub mean_e_px: f64,
+    /// Largest less smallest mean over the field, as a share of the centre's, the largest of all frames; 0 where it is even.
+    pub gradient: f64,
+    /// Relative uncertainty of the mean (1 sigma): of the model, not of the photons; 0 where nothing is uncertain.
+    pub uncertainty: f64,
     /// Time spent on it \[ms\], all frames together; NaN where it is not measured by itself.
     pub ms: f64,
     /// Memory of its representation \[bytes\].
@@ -101,7 +105,17 @@ impl Row {
             ),
         };
         let ms = if verdict.is_needed() { f64::NAN } else { 0.0 };
-        Self { name: name.to_owned(), verdict: word, why, bound, mean_e_px: 0.0, ms, bytes: 0 }
+        Self {
+            name: name.to_owned(),
+            verdict: word,
+            why,
+            bound,
+            mean_e_px: 0.0,
+            gradient: 0.0,
+            uncertainty: 0.0,
+            ms,
+            bytes: 0,
+        }
     }
 
     /// True if the row is about something that takes part.
@@ -134,6 +148,8 @@ impl Ledger {
                         known.ms
                     };
                     known.bytes = known.bytes.max(row.bytes);
+                    known.gradient = known.gradient.max(row.gradient);
+                    known.uncertainty = known.uncertainty.max(row.uncertainty);
                     known.bound = if known.bound.is_nan() { row.bound } else { known.bound.max(row.bound) };
                     if row.is_needed() && !known.is_needed() {
                         known.verdict = row.verdict;

@@ -3,6 +3,7 @@
 
 pub mod accuracy;
 pub mod constants;
+pub mod cubic_grid;
 pub mod ledger;
 pub mod nodes;
 pub mod random;

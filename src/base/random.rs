@@ -18,6 +18,10 @@ pub enum Stage {
     Scintillation = 3,
     /// Places and magnitudes of random benchmark stars; the address is the star's number.
     RandomStars = 4,
+    /// How many faint stars a bin of magnitude in a cell of the sky has; the address is cell and bin.
+    SyntheticCount = 5,
+    /// Places and magnitudes of those stars; the address is the star's number.
+    SyntheticStars = 6,
 }
 
 const MULTIPLIER: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];

@@ -17,4 +17,5 @@ pub mod psf;
 pub mod region;
 pub mod scenery;
 pub mod scintillation;
+pub mod star_limit;
 pub mod truth;

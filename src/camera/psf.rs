@@ -37,7 +37,17 @@ pub struct Psf {
     side: usize,
     /// One plane for each phase (y, x) of the fine grid, pixels by rows.
     planes: Vec<f64>,
-    lost: f64,
+    /// Share of a centred point's light within each half-side of a stamp \[px\].
+    held: Vec<f64>,
+}
+
+/// A point's light, drawn in a stamp of its own size.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stamp {
+    /// Half the side \[px\].
+    pub radius: usize,
+    /// Electrons that the endless image must have for the stamp to hold all of the point's.
+    pub electrons: f64,
 }
 
 impl Psf {
@@ -66,11 +76,17 @@ impl Psf {
                 }
             }
         }
-        let mut psf = Self { profile, radius, fine, side, planes, lost: 0.0 };
+        let mut psf = Self { profile, radius, fine, side, planes, held: vec![0.0; radius + 1] };
         let region = Region { x0: 0, y0: 0, width: 2 * radius + 1, height: 2 * radius + 1 };
-        let mut stamp = vec![0.0; region.len()];
-        psf.add_point(DVec2::splat(radius as f64), 1.0, &region, &mut stamp);
-        psf.lost = (1.0 - stamp.iter().sum::<f64>()).max(0.0);
+        let mut image = vec![0.0; region.len()];
+        psf.add_point(DVec2::splat(radius as f64), psf.whole(1.0), &region, &mut image);
+        for (k, value) in image.iter().enumerate() {
+            let ring = (k % region.width).abs_diff(radius).max((k / region.width).abs_diff(radius));
+            psf.held[ring] += value;
+        }
+        for r in 1..=radius {
+            psf.held[r] += psf.held[r - 1];
+        }
         psf
     }
 
@@ -81,7 +97,22 @@ impl Psf {
 
     /// Share of a centred point's light outside its stamp.
     pub fn lost(&self) -> f64 {
-        self.lost
+        (1.0 - self.held[self.radius]).max(0.0)
+    }
+
+    /// The largest stamp, its light as it is.
+    pub fn whole(&self, electrons: f64) -> Stamp {
+        Stamp { radius: self.radius, electrons }
+    }
+
+    /// The smallest stamp outside which a point of so many electrons gives less than `edge` \[e-/px\]; the light beyond is
+    /// drawn within, so that none is lost.
+    pub fn stamp(&self, electrons: f64, edge: f64) -> Stamp {
+        let faint = |r: usize| electrons * self.profile.density((r * r) as f64) < edge;
+        // the profile falls outwards
+        let radius = (2..self.radius).find(|r| faint(*r)).unwrap_or(self.radius);
+        let held = if radius < self.radius { self.held[radius] } else { 1.0 };
+        Stamp { radius, electrons: electrons / held }
     }
 
     /// Half the side of a stamp \[px\].
@@ -96,20 +127,25 @@ impl Psf {
 
     /// Add `electrons` moving along `path` to the pixels of `region`.
     pub fn add(&self, path: &Path, electrons: f64, region: &Region, out: &mut [f64]) {
+        self.add_stamp(path, self.whole(electrons), region, out);
+    }
+
+    /// Add a stamp moving along `path` to the pixels of `region`.
+    pub fn add_stamp(&self, path: &Path, stamp: Stamp, region: &Region, out: &mut [f64]) {
         if path.length() < 1e-3 {
-            return self.add_point(path.mid, electrons, region, out);
+            return self.add_point(path.mid, stamp, region, out);
         }
-        self.add_arc(path, [0.0, 1.0], electrons, region, out);
+        self.add_arc(path, [0.0, 1.0], stamp, region, out);
     }
 
     /// Add the light of the share `span` of a path: halved until an arc is no longer than the FWHM, so that its nodes do
     /// not depend on the region; arcs that cannot reach the region are passed over.
-    fn add_arc(&self, path: &Path, span: [f64; 2], electrons: f64, region: &Region, out: &mut [f64]) {
+    fn add_arc(&self, path: &Path, span: [f64; 2], stamp: Stamp, region: &Region, out: &mut [f64]) {
         let [from, to] = span;
         let middle = 0.5 * (from + to);
         let arc = Path { start: path.at(from), mid: path.at(middle), end: path.at(to) };
         let (low, high) = arc.bounds();
-        let reach = self.radius as f64 + 1.0;
+        let reach = stamp.radius as f64 + 1.0;
         let far = DVec2::new((region.x0 + region.width) as f64, (region.y0 + region.height) as f64) + reach;
         let near = DVec2::new(region.x0 as f64, region.y0 as f64) - reach;
         if !(low.cmple(far).all() && high.cmpge(near).all()) {
@@ -117,18 +153,19 @@ impl Psf {
         }
         // 2^-40 of an exposure: even a path across the sky has arcs shorter than a pixel by then
         if arc.length() > self.profile.fwhm().max(0.25) && to - from > 1e-12 {
-            self.add_arc(path, [from, middle], electrons, region, out);
-            self.add_arc(path, [middle, to], electrons, region, out);
+            self.add_arc(path, [from, middle], stamp, region, out);
+            self.add_arc(path, [middle, to], stamp, region, out);
             return;
         }
         for (node, weight) in GAUSS_4 {
-            self.add_point(path.at(from + node * (to - from)), electrons * weight * (to - from), region, out);
+            let part = Stamp { electrons: stamp.electrons * weight * (to - from), ..stamp };
+            self.add_point(path.at(from + node * (to - from)), part, region, out);
         }
     }
 
-    /// Add `electrons` at a point to the pixels of `region`.
-    pub fn add_point(&self, at: DVec2, electrons: f64, region: &Region, out: &mut [f64]) {
-        let reach = self.radius as f64 + 0.5;
+    /// Add a stamp at a point to the pixels of `region`.
+    pub fn add_point(&self, at: DVec2, stamp: Stamp, region: &Region, out: &mut [f64]) {
+        let reach = stamp.radius as f64 + 0.5;
         let (far_x, far_y) = ((region.x0 + region.width) as f64, (region.y0 + region.height) as f64);
         let near = |at: f64, first: usize, far: f64| at > first as f64 - reach && at < far + reach;
         if !near(at.x, region.x0, far_x) || !near(at.y, region.y0, far_y) {
@@ -136,7 +173,7 @@ impl Psf {
         }
         let (nearest_x, phase_x, weights_x) = self.stencil(at.x);
         let (nearest_y, phase_y, weights_y) = self.stencil(at.y);
-        let radius = self.radius as i64;
+        let radius = stamp.radius as i64;
         let columns = |nearest: i64, first: usize, count: usize| {
             let low = (nearest - radius).max(first as i64);
             let high = (nearest + radius).min((first + count) as i64 - 1);
@@ -150,7 +187,7 @@ impl Psf {
             let row = &mut out[start..start + x_count];
             for (j, wy) in weights_y.iter().enumerate() {
                 for (i, wx) in weights_x.iter().enumerate() {
-                    let weight = electrons * wx * wy;
+                    let weight = stamp.electrons * wx * wy;
                     let source =
                         self.plane_row(phase_y + j, phase_x + i, y - nearest_y, x_low - nearest_x, x_count);
                     for (value, response) in row.iter_mut().zip(source) {
@@ -343,6 +380,26 @@ mod tests {
         for (i, value) in part.iter().enumerate() {
             let (x, y) = (region.x0 + i % region.width, region.y0 + i / region.width);
             assert_eq!(*value, whole[y * 256 + x]);
+        }
+    }
+
+    /// A faint star's small stamp holds all its light and differs from the whole image by less than the edge asked for, but
+    /// for the light beyond that is drawn within.
+    #[test]
+    fn small_stamps_hold_all_the_light() {
+        for profile in profiles() {
+            let psf = Psf::new(profile, 1e-4);
+            for (electrons, edge) in [(100.0, 0.01), (1e4, 0.01), (1e4, 1e-9), (1.0, 10.0)] {
+                let stamp = psf.stamp(electrons, edge);
+                let path = Path::still(DVec2::new(127.7, 128.2));
+                let mut out = vec![0.0; FRAME.len()];
+                psf.add_stamp(&path, stamp, &FRAME, &mut out);
+                let (sum, whole) = (out.iter().sum::<f64>(), drawn(&psf, &path));
+                assert!((sum / electrons - 1.0).abs() < 0.02, "{profile:?} {electrons}: {sum}");
+                let worst = out.iter().zip(&whole).map(|(o, w)| o - w * electrons).fold(0.0f64, |a, d| a.max(-d));
+                assert!(edge > 1.0 || worst < 3.0 * edge, "{profile:?} {electrons} {edge}: {worst}");
+                assert!(stamp.radius <= psf.radius() && (edge > 1e-6 || stamp == psf.whole(electrons)));
+            }
         }
     }
 

@@ -6,15 +6,21 @@ use super::profile::Profile;
 use super::psf::Psf;
 use super::region::Region;
 use super::scintillation;
+use super::star_limit::{Clumping, sharpness};
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::random::{Address, Stage};
 use crate::base::sample::uniform;
 use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
-use crate::light::throughput::{RateAtAirmass, Throughput};
+use crate::light::tabulated::Tabulated;
 use crate::plan::view::View;
 use crate::scene::{Scene, Table};
+use crate::sky::response::Response;
 use crate::sky::{self, Context, field::SkyField};
 use crate::stars::catalogue::Catalogue;
+use crate::stars::counts::{Counts, Galactic};
+use crate::stars::drawn::Drawn;
+use crate::stars::field::{self, Cone};
+use crate::stars::synthetic;
 use glam::{DVec2, DVec3};
 
 /// Something that shines through the PSF: a star or a target.
@@ -30,6 +36,8 @@ pub struct PointSource {
     pub path: Path,
     /// Electrons in the exposure over an endless plane, scintillation included.
     pub electrons: f64,
+    /// True if its colour is known; else it has the Sun's spectrum.
+    pub coloured: bool,
 }
 
 /// Mean at the frame's centre of one sky source.
@@ -55,13 +63,18 @@ pub struct Scenery {
     /// Dark charge \[e-/px\].
     pub dark_e: f64,
     /// Electrons per second of a solar-coloured source of V = 0, against airmass.
-    pub solar_v_zero: RateAtAirmass,
+    pub solar_v_zero: Tabulated,
     /// Full width at half maximum as delivered \[arcsec\].
     pub seeing_arcsec: f64,
     /// What is in the frame and what is not.
     pub ledger: Vec<Row>,
     sky: SkyField,
+    /// Stars are cut where they fall below this \[e-/px\].
+    edge: f64,
 }
+
+/// What a star may leave out of a pixel, as a share of what sources of diffuse light may: many stars overlap.
+const EDGE: f64 = 0.1;
 
 /// Number of a target's scintillation: stars are numbered from 0 upwards, targets from the top downwards.
 fn target_number(index: usize) -> u64 {
@@ -73,68 +86,49 @@ impl Scenery {
     pub fn new(
         scene: &Scene,
         view: &View,
-        throughput: &Throughput,
+        response: &Response,
         catalogue: &Catalogue,
         clock: &dyn Fn() -> f64,
     ) -> Self {
-        let context = Context::new(scene, view, throughput, catalogue);
+        let context = Context::of_view(scene, view, response);
         let dark_e = dark::rate(&scene.detector) * view.exposure_s;
-        let sources = sky::sources(&context);
-        let centre = context.toward(view.wcs.mid.crpix);
-        let needed_mean = |s: &dyn sky::Source| if s.assess().is_needed() { s.mean(&centre) } else { 0.0 };
-        let total: f64 = sources.iter().map(|s| needed_mean(&**s)).sum::<f64>() + dark_e;
-        let noise = (total + scene.detector.read_noise_e.powi(2)).sqrt();
-        let (present, mut ledger) = sky::compose(&sources, &scene.sky, scene.accuracy.omit * noise);
-        let sky_field = SkyField::new(&context, &present, scene.accuracy.sky, clock);
+        let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
+        let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
+        let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
+
+        let noise = noise(&context, dark_e);
+        let drawn = drawn(&context, view, catalogue, fwhm_px, scene.accuracy.omit * noise);
+        let sources = sky::sources(&context, &drawn);
+        let (present, mut ledger) = sky::compose(&context, &sources, scene.accuracy.omit * noise);
+        let sky_field = SkyField::new(view, scene, &present, scene.accuracy.sky, clock);
+        let centre = context.field.centre();
         let sky_means = present
             .iter()
-            .map(|s| SkyMean { keyword: s.keyword(), mean_e_px: s.mean(&centre) })
+            .map(|s| SkyMean { keyword: s.keyword(), mean_e_px: s.mean(centre) })
             .collect::<Vec<_>>();
         for (source, seconds) in present.iter().zip(&sky_field.seconds) {
             if let Some(row) = ledger.iter_mut().find(|row| row.name == source.name()) {
-                row.mean_e_px = source.mean(&centre);
                 row.ms = seconds * 1e3;
                 row.bytes = sky_field.bytes() as u64;
             }
         }
 
-        let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
-        let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
-        let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
         let began = clock();
         let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
         let psf_ms = (clock() - began) * 1e3;
 
         let began = clock();
-        let stars = stars(scene, view, catalogue, &context, psf.radius() as f64);
+        let stars = stars(&context, view, catalogue, &drawn, psf.radius() as f64);
         let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
         let mean_light =
             |list: &[PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene);
-        let star_verdict = if !scene.stars.enabled {
-            Verdict::Absent(Why::NotAsked)
-        } else if stars.is_empty() {
-            Verdict::Absent(Why::NotVisible("no catalogue star in the field".into()))
-        } else {
-            Verdict::Needed { bound: mean_light(&stars) }
-        };
         let target_verdict = if targets.iter().any(|t| t.electrons > 0.0) {
             Verdict::Needed { bound: mean_light(&targets) }
         } else {
             Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
         };
-        let source = if scene.stars.random_count > 0 { "random places" } else { "catalogue, solar colour" };
-        let synthetic = if scene.stars.synthetic {
-            Why::NotVisible(
-                "stars beyond the catalogue are not drawn one by one; their light is in sky.starlight".into(),
-            )
-        } else {
-            Why::NotAsked
-        };
-        let mut drawn = Row::new("stars.drawn", &star_verdict, &format!("{} stars, {source}", stars.len()));
-        (drawn.mean_e_px, drawn.ms) = (mean_light(&stars), stars_ms);
-        ledger.push(drawn);
-        ledger.push(Row::new("stars.synthetic", &Verdict::Absent(synthetic), ""));
+        ledger.extend(star_rows(&context, &drawn, &stars, stars_ms));
         let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
         target.mean_e_px = mean_light(&targets);
         ledger.push(target);
@@ -156,10 +150,11 @@ impl Scenery {
             targets,
             sky_means,
             dark_e,
-            solar_v_zero: context.solar_v_zero.clone(),
+            solar_v_zero: response.stars.solar().clone(),
             seeing_arcsec,
             ledger,
             sky: sky_field,
+            edge: EDGE * scene.accuracy.omit * noise,
         };
         let peak = scenery.peak();
         scenery.ledger.extend(super::detector::assess(scene, view.exposure_s, peak));
@@ -181,7 +176,7 @@ impl Scenery {
             row.iter_mut().for_each(|value| *value += self.dark_e);
         }
         for star in &self.stars {
-            self.psf.add(&star.path, star.electrons, region, out);
+            self.psf.add_stamp(&star.path, self.psf.stamp(star.electrons, self.edge), region, out);
         }
         for (_, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
             self.psf.add(&target.path, target.electrons, region, out);
@@ -203,7 +198,12 @@ impl Scenery {
     fn peak(&self) -> f64 {
         let sky: f64 = self.sky_means.iter().map(|s| s.mean_e_px).sum::<f64>() + self.dark_e;
         let mut central = [0.0];
-        self.psf.add_point(DVec2::ZERO, 1.0, &Region { x0: 0, y0: 0, width: 1, height: 1 }, &mut central);
+        self.psf.add_point(
+            DVec2::ZERO,
+            self.psf.whole(1.0),
+            &Region { x0: 0, y0: 0, width: 1, height: 1 },
+            &mut central,
+        );
         // the line profiles of the Gaussian (0.94 / FWHM) and of Moffat's profiles lie below 1.1 / FWHM
         let of_trail = 1.1 / self.psf.profile().fwhm();
         let brightest = |peak: f64, s: &PointSource| {
@@ -239,45 +239,121 @@ fn star_path(view: &View, icrs: DVec3) -> Option<Path> {
     Some(Path { start: pixel(&view.wcs.start)?, mid: pixel(&view.wcs.mid)?, end: pixel(&view.wcs.end)? })
 }
 
-fn stars(scene: &Scene, view: &View, catalogue: &Catalogue, context: &Context, margin: f64) -> Vec<PointSource> {
+/// Noise of a pixel at the frame's centre, all stars taken as diffuse light \[e-\].
+fn noise(context: &Context, dark_e: f64) -> f64 {
+    let sources = sky::sources(context, &Drawn::None);
+    let present = sources.iter().filter(|s| s.assess(&context.field).is_needed());
+    let total: f64 = present.map(|s| s.mean(context.field.centre())).sum();
+    (total + dark_e + context.scene.detector.read_noise_e.powi(2)).sqrt()
+}
+
+/// Which stars are drawn: down to the scene's limit, else until the clumping of the rest is below `allowed` \[e-/px\].
+fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64, allowed: f64) -> Drawn {
+    let stars = &context.scene.stars;
+    if !stars.enabled || stars.random_count > 0 || stars.catalog == Table::Named("none".into()) {
+        return Drawn::None;
+    }
+    let centre = view.wcs.mid.centre;
+    if !stars.synthetic {
+        return field::catalogue_alone(catalogue, centre, stars.limit_mag_v.unwrap_or(f64::INFINITY));
+    }
+    let limit = stars.limit_mag_v.unwrap_or_else(|| {
+        let trail_px = star_path(view, centre).map_or(0.0, |path| path.length());
+        let clumping = Clumping {
+            counts: Counts::at(Galactic::of(centre)),
+            star_e: context.response.stars.solar().at(view.airmass) * view.exposure_s,
+            pixel_sr: context.pixel_sr,
+            sharpness: sharpness(fwhm_px, trail_px),
+        };
+        clumping.limit(allowed)
+    });
+    Drawn::All { limit: limit.min(synthetic::FAINTEST) }
+}
+
+/// Rows of the drawn stars: of the catalogue (or benchmark), and synthetic.
+fn star_rows(context: &Context, drawn: &Drawn, stars: &[PointSource], ms: f64) -> [Row; 2] {
+    let scene = context.scene;
+    let pixels = frame_pixels(scene);
+    let (synthetic, listed): (Vec<&PointSource>, Vec<&PointSource>) =
+        stars.iter().partition(|s| s.id >= synthetic::FIRST_ID);
+    let light = |list: &[&PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / pixels;
+    let limit = drawn.limit();
+    let row = |name: &str, list: &[&PointSource], asked: bool, basis: String| {
+        let verdict = if !asked {
+            Verdict::Absent(Why::NotAsked)
+        } else if list.is_empty() {
+            Verdict::Absent(Why::NotVisible(format!("none brighter than V {limit:.2} in the field")))
+        } else {
+            Verdict::Needed { bound: light(list) }
+        };
+        let mut row = Row::new(name, &verdict, &basis);
+        if verdict.is_needed() {
+            row.mean_e_px = light(list);
+            row.ms = ms * list.len() as f64 / stars.len().max(1) as f64;
+            row.bytes = std::mem::size_of_val(list) as u64;
+        }
+        row
+    };
+    let (offset, spread) =
+        context.response.stars.error_of_solar(FIELD_BV, FIELD_BV_SIGMA, context.field.centre().airmass);
+    let unknown = format!(
+        "solar colour where unknown: {offset:+.3} mag, rms {spread:.3} mag if B-V is {FIELD_BV} +- {FIELD_BV_SIGMA}"
+    );
+    let coloured = listed.iter().filter(|s| s.coloured).count();
+    let basis = match scene.stars.random_count {
+        0 => format!("{} stars, {coloured} with known colour; {unknown}", listed.len()),
+        _ => format!("{} stars at random places, solar colour", listed.len()),
+    };
+    let counted = format!(
+        "{} stars down to V {limit:.2}, Bahcall & Soneira 1980 beyond the catalogue; solar colour",
+        synthetic.len()
+    );
+    let mut rows = [
+        row("stars.drawn", &listed, scene.stars.enabled, basis),
+        row("stars.synthetic", &synthetic, matches!(drawn, Drawn::All { .. }), counted),
+    ];
+    rows[1].uncertainty = if rows[1].is_needed() { 0.2 } else { 0.0 };
+    rows
+}
+
+/// B-V of field stars of V 7 to 9 and its spread \[mag\]: mean of 41 000 Hipparcos stars (ESA 1997).
+const FIELD_BV: f64 = 0.71;
+const FIELD_BV_SIGMA: f64 = 0.49;
+
+fn stars(context: &Context, view: &View, catalogue: &Catalogue, drawn: &Drawn, margin: f64) -> Vec<PointSource> {
+    let scene = context.scene;
     let size = DVec2::new(scene.detector.size_px[0] as f64, scene.detector.size_px[1] as f64);
     let touches = |path: &Path| {
         let (low, high) = path.bounds();
         high.cmpge(DVec2::splat(-margin)).all() && low.cmple(size + margin).all()
     };
-    let source = |id: u64, icrs: DVec3, mag_v: f64| {
+    let source = |id: u64, icrs: DVec3, mag_v: f64, colour_bv: Option<f64>| {
         let path = star_path(view, icrs)?;
-        let airmass = context.toward(path.mid).airmass;
+        if !touches(&path) {
+            return None;
+        }
+        let airmass = sky::context::toward(view, path.mid).airmass;
         let sigma = scintillation::sigma(scene, view.exposure_s, airmass);
         let twinkle = scintillation::factor(scene.seed, view.frame, id, sigma);
-        let electrons = context.solar_v_zero.at(airmass) * flux_from_mag(mag_v) * view.exposure_s * twinkle;
-        touches(&path).then_some(PointSource { id, icrs, mag_v, path, electrons })
+        let rate = context.response.stars.at(colour_bv, airmass);
+        let electrons = rate * flux_from_mag(mag_v) * view.exposure_s * twinkle;
+        Some(PointSource { id, icrs, mag_v, path, electrons, coloured: colour_bv.is_some() })
     };
     if !scene.stars.enabled {
         return Vec::new();
     }
     if scene.stars.random_count > 0 {
-        return random_places(scene, view).filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v)).collect();
-    }
-    if scene.stars.catalog == Table::Named("none".into()) {
-        return Vec::new();
+        return random_places(scene, view).filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v, None)).collect();
     }
     let scale = view.wcs.mid.pixel_scale();
     let drift = view.wcs.start.centre.distance(view.wcs.end.centre);
-    let radius = 1.05 * (0.5 * size.length() + margin) * scale + drift;
-    let years = (view.mid.mjd_utc() - 51_544.5) / 365.25 + 2000.0 - catalogue.epoch();
-    let limit = scene.stars.limit_mag_v.unwrap_or(f64::INFINITY);
-    catalogue
-        .cone(view.wcs.mid.centre, radius, limit)
-        .into_iter()
-        .filter_map(|star| {
-            let moved = star.motion.map_or(star.direction, |[ra, dec]| {
-                let (east, north) = crate::plan::wcs::east_north(star.direction);
-                (star.direction + (east * ra + north * dec) * years).normalize()
-            });
-            source(star.id, moved, star.mag_v)
-        })
-        .collect()
+    let cone = Cone {
+        centre: view.wcs.mid.centre,
+        radius: 1.05 * (0.5 * size.length() + margin) * scale + drift,
+        year: (view.mid.mjd_utc() - 51_544.5) / 365.25 + 2000.0,
+    };
+    let field = field::stars(catalogue, drawn, &cone);
+    field.into_iter().filter_map(|s| source(s.id, s.direction, s.mag_v, s.colour_bv)).collect()
 }
 
 /// Benchmark stars: uniform over the frame at mid-exposure, dN/dm ~ 10^(0.35 m).
@@ -307,9 +383,9 @@ fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {
         let sigma = scintillation::sigma(scene, view.exposure_s, seen.airmass);
         let twinkle = scintillation::factor(scene.seed, view.frame, target_number(index), sigma);
         let above = if seen.apparent.elevation > 0.0 { 1.0 } else { 0.0 };
-        let rate = context.solar_v_zero.at(seen.airmass) * flux_from_mag(target.mag_v);
+        let rate = context.response.stars.solar().at(seen.airmass) * flux_from_mag(target.mag_v);
         let electrons = rate * view.exposure_s * seen.sunlit_mean * twinkle * above;
-        PointSource { id: index as u64, icrs, mag_v: target.mag_v, path, electrons }
+        PointSource { id: index as u64, icrs, mag_v: target.mag_v, path, electrons, coloured: true }
     };
     scene.target.iter().zip(&view.targets).enumerate().map(place).collect()
 }

@@ -73,6 +73,8 @@ pub(super) enum Command {
     Time(With<TimeArgs>),
     /// What is in the frames, what is left out and why, which noise dominates, what it costs
     Explain(With<SceneArgs>),
+    /// Light of the whole sky: budget of every source, all-sky maps, the zenith over the night
+    Sky(With<SkyArgs>),
     /// A commented scene to start from
     Init(With<InitArgs>),
     /// All faults of a scene at once
@@ -98,6 +100,7 @@ impl Command {
             Self::Time(with) => &with.global,
             Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) => &with.global,
             Self::Render(with) => &with.global,
+            Self::Sky(with) => &with.global,
             Self::Photometry(with) => &with.global,
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
@@ -118,6 +121,15 @@ pub(super) struct CompletionArgs {
 pub(super) struct SceneArgs {
     /// Scene file, or the name of a built-in scene
     pub scene: String,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SkyArgs {
+    /// Scene file, or the name of a built-in scene
+    pub scene: String,
+    /// The exposure at whose middle the sky is looked at
+    #[arg(long, default_value_t = 0)]
+    pub frame: usize,
 }
 
 #[derive(Debug, Args)]

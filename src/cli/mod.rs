@@ -10,6 +10,7 @@ mod plan;
 mod render;
 mod run;
 mod scenes;
+mod sky;
 mod talk;
 mod time;
 
@@ -40,6 +41,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Time(with) => time::time(&with.args, global),
         Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),
         Command::Explain(with) => explain::explain(&with.args, global, &talk),
+        Command::Sky(with) => sky::sky(&with.args, global, &talk),
         Command::Init(with) => scenes::init(&with.args, global, &talk),
         Command::Check(with) => scenes::check(&with.args, global, &talk),
         Command::Schema(_) => scenes::schema(),

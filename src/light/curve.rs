@@ -38,6 +38,12 @@ impl Curve {
         Self { nm: vec![0.0], value: vec![value], held: true }
     }
 
+    /// The curve through `points`, ascending in wavelength; zero outside them.
+    pub fn of(points: impl IntoIterator<Item = (f64, f64)>) -> Self {
+        let (nm, value) = points.into_iter().unzip();
+        Self { nm, value, held: false }
+    }
+
     /// A curve from a table of two columns, wavelength \[nm\] and value, separated by a comma or blanks. Lines
     /// that begin with `#` and one head line are passed over.
     ///
@@ -100,6 +106,9 @@ impl Curve {
 
     /// Value at `nm`, linear between the points.
     pub fn at(&self, nm: f64) -> f64 {
+        if self.nm.is_empty() {
+            return 0.0;
+        }
         let (first, last) = (self.nm[0], self.nm[self.nm.len() - 1]);
         if nm < first || nm > last {
             return match (self.held, nm < first) {

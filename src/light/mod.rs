@@ -11,6 +11,11 @@
 //! wavelength grids. There is no scalar zero point: a magnitude means a spectrum scaled to that magnitude in
 //! Johnson V, where Vega has V = +0.03.
 
+pub mod atmosphere;
+pub mod colour;
 pub mod curve;
+pub mod integrand;
+pub mod quantities;
 pub mod tables;
+pub mod tabulated;
 pub mod throughput;

@@ -120,15 +120,30 @@ fn built_in(text: &str, name: &str) -> Curve {
     Curve::parse(text, name).unwrap_or_else(|_| Curve::constant(0.0))
 }
 
+/// Luminous efficiency of the eye, 2 degrees, relative to its peak: CIE 170-2:2015 (the functions of 2008).
+pub fn luminous_efficiency() -> Curve {
+    built_in(table!("passbands/cie2008"), "cie2008")
+}
+
+/// A built-in passband by name, `B`, `V`, `R`, `I` or `G`; one without light for another name.
+pub fn passband(name: &str) -> Curve {
+    let found = FILTER.iter().find(|(known, _)| *known == name);
+    found.map_or_else(|| Curve::constant(0.0), |(name, text)| built_in(text, name))
+}
+
 /// Photon-weighted integral of a spectrum through a passband, up to a constant factor.
 fn photons(spectrum: &Curve, band: &Curve) -> f64 {
     super::curve::quadrature(&[spectrum, band]).iter().map(|(x, w)| w * x * spectrum.at(*x) * band.at(*x)).sum()
 }
 
+/// Magnitude of a spectrum \[W m^-2 nm^-1\] in `band`, where Vega has the same magnitude in every band, +0.03.
+pub fn magnitude(spectrum: &Curve, band: &Curve) -> f64 {
+    VEGA_V_MAG - 2.5 * (photons(spectrum, band) / photons(&vega(), band)).log10()
+}
+
 /// Johnson V magnitude of a spectrum \[W m^-2 nm^-1\].
 pub fn magnitude_v(spectrum: &Curve) -> f64 {
-    let band = johnson_v();
-    VEGA_V_MAG - 2.5 * (photons(spectrum, &band) / photons(&vega(), &band)).log10()
+    magnitude(spectrum, &johnson_v())
 }
 
 /// The solar spectrum scaled to V = 0 \[W m^-2 nm^-1\]: the spectrum behind every `mag_v`.

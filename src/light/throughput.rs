@@ -1,10 +1,12 @@
 //! From a spectrum to electrons: collecting area, optics, filter, detector, atmosphere.
 
+use super::atmosphere::{Atmosphere, MAG_PER_DEPTH};
 use super::curve::{Curve, CurveError, quadrature};
+use super::integrand::Integrand;
 use super::tables::{self, Kind};
+use super::tabulated::Tabulated;
 use crate::base::constants::{LIGHT_M_S, PLANCK_J_S};
-use crate::base::nodes::bracket;
-use crate::scene::Scene;
+use crate::scene::{Scene, Table};
 use std::f64::consts::PI;
 
 /// What can be wrong with a throughput.
@@ -31,36 +33,8 @@ pub struct Throughput {
     optics: f64,
     filter: Curve,
     qe: Curve,
-    extinction: Curve,
-}
-
-/// The rate of electrons from one spectrum as a function of airmass: cubics in the logarithm between tabulated
-/// airmasses, from -0.5 to 40; the values at the ends are held. [`Throughput::electrons_per_s`] is the reference twin.
-#[derive(Debug, Clone, PartialEq)]
-pub struct RateAtAirmass {
-    log_rate: [f64; AIRMASSES.len()],
-}
-
-/// Where rates are tabulated: closer where they are curved and where telescopes look.
-const AIRMASSES: [f64; 24] = [
-    -0.5, -0.25, 0.0, 0.25, 0.5, 0.75, 1.0, 1.25, 1.5, 1.75, 2.0, 2.5, 3.0, 3.5, 4.0, 5.0, 6.0, 8.0, 10.0, 13.0,
-    17.0, 22.0, 30.0, 40.0,
-];
-
-impl RateAtAirmass {
-    /// Electrons per second (and steradian, for a radiance) at `airmass`.
-    pub fn at(&self, airmass: f64) -> f64 {
-        let (i, share) = bracket(&AIRMASSES, airmass);
-        let x = AIRMASSES[i] + share * (AIRMASSES[i + 1] - AIRMASSES[i]);
-        // Lagrange's cubic through the four nearest nodes
-        let first = i.saturating_sub(1).min(AIRMASSES.len() - 4);
-        let nodes = first..first + 4;
-        let term = |k: usize| {
-            let others = nodes.clone().filter(|j| *j != k);
-            self.log_rate[k] * others.map(|j| (x - AIRMASSES[j]) / (AIRMASSES[k] - AIRMASSES[j])).product::<f64>()
-        };
-        nodes.clone().map(term).sum::<f64>().exp()
-    }
+    /// The air above the station.
+    pub atmosphere: Atmosphere,
 }
 
 impl Throughput {
@@ -72,12 +46,18 @@ impl Throughput {
         let (outer, inner) = (scene.telescope.aperture_m, scene.telescope.obstruction_m);
         let curve =
             |key, kind, table| tables::curve(kind, table).map_err(|source| ThroughputError::Table { key, source });
+        let station = &scene.station;
+        let extinction = if station.extinction == Table::Named("computed".into()) {
+            Atmosphere::computed(station)
+        } else {
+            curve("station.extinction", Kind::Extinction, &station.extinction)?
+        };
         let throughput = Self {
             area_m2: PI / 4.0 * (outer * outer - inner * inner),
             optics: scene.telescope.throughput,
             filter: curve("telescope.filter", Kind::Filter, &scene.telescope.filter)?,
             qe: curve("detector.qe", Kind::Qe, &scene.detector.qe)?,
-            extinction: curve("station.extinction", Kind::Extinction, &scene.station.extinction)?,
+            atmosphere: Atmosphere::new(station, extinction),
         };
         if throughput.electrons_per_s(&tables::sun(), 0.0) > 0.0 {
             Ok(throughput)
@@ -86,24 +66,49 @@ impl Throughput {
         }
     }
 
+    /// The same telescope, detector and atmosphere with another filter.
+    #[must_use]
+    pub fn with_filter(&self, filter: Curve) -> Self {
+        Self { filter, ..self.clone() }
+    }
+
+    /// A detector of QE 1 and 1 m^2 behind a passband, under the same air: for photon rates and magnitudes in that band.
+    #[must_use]
+    pub fn ideal(&self, passband: Curve) -> Self {
+        Self { area_m2: 1.0, optics: 1.0, filter: passband, qe: Curve::constant(1.0), ..self.clone() }
+    }
+
+    /// A spectrum \[W m^-2 nm^-1\] (per steradian for a radiance) through this instrument, made ready for many factors and
+    /// airmasses.
+    pub fn integrand(&self, spectrum: &Curve) -> Integrand {
+        let extinction = self.atmosphere.extinction();
+        let photons = self.area_m2 * self.optics * 1e-9 / (PLANCK_J_S * LIGHT_M_S);
+        let nodes = quadrature(&[spectrum, &self.filter, &self.qe, extinction]);
+        let electrons = nodes
+            .iter()
+            .map(|(nm, w)| photons * w * nm * spectrum.at(*nm) * self.filter.at(*nm) * self.qe.at(*nm))
+            .collect();
+        let nm = nodes.iter().map(|(nm, _)| *nm).collect::<Vec<_>>();
+        let depth = nm.iter().map(|nm| extinction.at(*nm) / MAG_PER_DEPTH).collect();
+        Integrand { nm, electrons, depth }
+    }
+
     /// Electrons per second from a spectrum \[W m^-2 nm^-1\] (per steradian from a radiance), dimmed by
     /// `airmass` airmasses; 0 for light measured at the ground.
     pub fn electrons_per_s(&self, spectrum: &Curve, airmass: f64) -> f64 {
-        let curves = [spectrum, &self.filter, &self.qe, &self.extinction];
-        let sum: f64 = quadrature(&curves)
-            .iter()
-            .map(|(nm, weight)| {
-                let dimmed = (-0.4 * std::f64::consts::LN_10 * self.extinction.at(*nm) * airmass).exp();
-                weight * nm * 1e-9 * spectrum.at(*nm) * self.filter.at(*nm) * self.qe.at(*nm) * dimmed
-            })
-            .sum();
-        self.area_m2 * self.optics * sum / (PLANCK_J_S * LIGHT_M_S)
+        let extinction = self.atmosphere.extinction();
+        self.integrand(spectrum).through(|nm| (-extinction.at(nm) / MAG_PER_DEPTH * airmass).exp())
     }
 
     /// The rate of a spectrum as a function of airmass.
-    pub fn rate(&self, spectrum: &Curve) -> RateAtAirmass {
-        let log = |airmass| self.electrons_per_s(spectrum, airmass).max(f64::MIN_POSITIVE).ln();
-        RateAtAirmass { log_rate: AIRMASSES.map(log) }
+    pub fn rate(&self, spectrum: &Curve) -> Tabulated {
+        self.integrand(spectrum).tabulate(&[&|_| 1.0]).remove(0)
+    }
+
+    /// V magnitude of a source of this spectrum that gives one electron per second at `airmass`; negative infinity for a
+    /// spectrum that gives none.
+    pub fn zero_point(&self, spectrum: &Curve, airmass: f64) -> f64 {
+        tables::magnitude_v(spectrum) + 2.5 * self.electrons_per_s(spectrum, airmass).log10()
     }
 }
 
@@ -111,17 +116,11 @@ impl Throughput {
 mod tests {
     use super::*;
     use crate::base::units::flux_from_mag;
-    use crate::scene::Table;
 
     fn throughput(qe: &str) -> Throughput {
-        let curve = |kind, name: &str| tables::curve(kind, &Table::Named(name.into())).expect("built in");
-        Throughput {
-            area_m2: 0.0760,
-            optics: 1.0,
-            filter: Curve::constant(1.0),
-            qe: curve(Kind::Qe, qe),
-            extinction: curve(Kind::Extinction, "kpno"),
-        }
+        let sets = [("telescope.throughput".to_owned(), "1.0".to_owned()), ("detector.qe".into(), qe.into())];
+        let scene = crate::scene::load("pogs-geo", &crate::scene::Options { sets: &sets, seed: None });
+        Throughput::of(&scene.expect("a scene")).expect("tables")
     }
 
     /// Known answers for the Purdue station: V = 16 gives 331 e-/s with the net area, Krag's QE and KPNO air at

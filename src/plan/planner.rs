@@ -6,7 +6,7 @@ use super::interval::{Interval, Margin};
 use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
-use super::view::{Body, Horizontal, Moon, Observability, Planned, TargetView, View};
+use super::view::{Body, Circumstances, Horizontal, Moon, Observability, Planned, TargetView, View};
 use super::wcs::{Wcs, east_north};
 use super::windows::{Condition, Night, Window, nights};
 use crate::astro::attitude::Profile;
@@ -164,6 +164,16 @@ impl<'a> Planner<'a> {
             safe_s: f64::INFINITY,
         };
         night.windows(motion, faintest.is_some().then_some(&bright as &Condition))
+    }
+
+    /// The observer, the Sun and the Moon at `instant`.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the Earth's orientation is unknown.
+    pub fn circumstances(&self, instant: &Instant) -> Result<Circumstances, PlanError> {
+        let observer = Observer::at(&self.site, instant)?;
+        let (sun, moon) = (sun(&observer, instant), moon(&observer, instant));
+        Ok(Circumstances { instant: *instant, observer, sun, moon })
     }
 
     /// The geometry of frame number `frame`.

@@ -41,6 +41,19 @@ pub struct Moon {
     pub phase: f64,
 }
 
+/// What the light of the whole sky depends on at one instant: the observer, the Sun and the Moon.
+#[derive(Debug, Clone, Copy)]
+pub struct Circumstances {
+    /// The instant.
+    pub instant: Instant,
+    /// The observer.
+    pub observer: Observer,
+    /// The Sun.
+    pub sun: Body,
+    /// The Moon.
+    pub moon: Moon,
+}
+
 /// A target in one exposure.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TargetView {
@@ -93,6 +106,13 @@ pub struct View {
     pub targets: Vec<TargetView>,
     /// Whether the exposure is worth taking.
     pub observability: Observability,
+}
+
+impl View {
+    /// The observer, the Sun and the Moon at mid-exposure.
+    pub fn circumstances(&self) -> Circumstances {
+        Circumstances { instant: self.mid, observer: self.observer, sun: self.sun, moon: self.moon }
+    }
 }
 
 /// Whether an exposure is worth taking.

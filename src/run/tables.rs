@@ -19,7 +19,8 @@ pub fn write(dir: &OutputDir, name: &str, table: &Table) -> Result<(), RunError>
 pub fn ledger_row(row: &Row) -> Json {
     json!({
         "name": row.name, "verdict": row.verdict, "why": row.why,
-        "bound": finite(row.bound), "mean_e_px": finite(row.mean_e_px), "ms": finite(row.ms), "bytes": row.bytes,
+        "bound": finite(row.bound), "mean_e_px": finite(row.mean_e_px),
+        "gradient": finite(row.gradient), "uncertainty": finite(row.uncertainty), "ms": finite(row.ms), "bytes": row.bytes,
     })
 }
 

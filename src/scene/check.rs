@@ -3,12 +3,12 @@
 //! Out comes a plain TOML table with every key of the format in its place and normal form (numbers as floats
 //! where the key is one, times ending in Z, element sets as lines), and the files the scene names.
 
-use super::consistency::standard_pressure_hpa;
 use super::fault::Fault;
 use super::keys::{KEYS, children};
 use super::schema::{Given, Key, Kind, ONE_OF, group_of, nearest};
 use super::tree::{Entries, Node, Place, Value, entry, has_targets, parse_value, show};
 use super::value::{Reader, Wrong};
+use crate::astro::observer::standard_pressure_hpa;
 
 /// Walks one scene.
 pub(super) struct Checker<'a> {

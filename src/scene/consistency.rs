@@ -1,11 +1,7 @@
 //! Contradictions among a station's own figures: what no single key can tell and no fault forbids.
 
 use super::types::Scene;
-
-/// Standard pressure \[hPa\] at a height \[m\]: U.S. Standard Atmosphere 1976, troposphere.
-pub(super) fn standard_pressure_hpa(height_m: f64) -> f64 {
-    1013.25 * libm::pow((1.0 - 2.25577e-5 * height_m).clamp(0.0, 1.01), 5.25588)
-}
+use crate::astro::observer::standard_pressure_hpa;
 
 /// What looks contradictory in station, telescope and detector, in words with the figures; empty if nothing does.
 ///

@@ -123,6 +123,11 @@ fn form(kind: Kind) -> Value {
                 "prefixItems": [number(0.0, 360.0), number(-90.0, 90.0)] });
             json!({ "type": "array", "items": pair, "minItems": 1 })
         }
+        Kind::Domes => {
+            let pair = json!({ "type": "array", "minItems": 2, "maxItems": 2, "items": false,
+                "prefixItems": [number(0.0, 360.0), number(0.0, 1.0)] });
+            json!({ "type": "array", "items": pair })
+        }
         Kind::Time => json!({ "type": "string", "format": "date-time" }),
         Kind::Tle => {
             let lines = json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 3 });

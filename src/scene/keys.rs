@@ -17,7 +17,7 @@ const QE: &[&str] = &["kaf16803", "krag2003", "e2v230_84", "andor_dw936", "thx78
 const AXES: &[&str] = &["earth", "sun", "velocity", "observer"];
 const ATTITUDES: &[&str] = &["inertial", "spin", "nadir", "sun", "aligned", "tumble", "table"];
 const MODELS: &[&str] = &["auto", "convex", "nonconvex", "little", "ikeuchi", "nicolet", "draft"];
-const EXTINCTION: &[&str] = &["kpno", "ctio", "krag2003"];
+const EXTINCTION: &[&str] = &["kpno", "ctio", "krag2003", "computed"];
 
 /// Every table and key, in the order of a resolved scene.
 #[rustfmt::skip]
@@ -37,7 +37,8 @@ pub(super) static KEYS: &[Key] = &[
     key("station.humidity", Real(0.0, 1.0), "", Is("0.5"), "relative humidity"),
     key("station.seeing_arcsec", Above(0.0, 60.0), "arcsec", Must("2.2"), "FWHM at zenith, 550 nm; the frame's is this x airmass^0.6"),
     key("station.artificial_zenith_mcd_m2", Real(0.0, 1e6), "mcd/m^2", Is("0.0"), "zenith luminance, artificial part alone; 0 = none"),
-    key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve"),
+    key("station.light_domes", Domes, "deg, share", Is("[]"), "towns: azimuth, share of the artificial light that comes from there"),
+    key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve; computed: from pressure and height"),
     key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),
     key("station.scintillation", Flag, "", Is("true"), "log-normal, one factor an object and frame (Young 1967)"),
 
@@ -163,20 +164,20 @@ pub(super) static KEYS: &[Key] = &[
     key("target[].attitude.turn_to", Word(AXES, &[]), "", Must("\"sun\""), "where it turns").when("mode", "aligned"),
 
     table("sky", Section, "diffuse light; a number is V mag/arcsec^2 of solar colour at the ground, the same over the frame"),
-    key("sky.airglow", WordOrReal(&["auto", "off", "krag"], &["palace"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "light of the upper atmosphere"),
-    key("sky.pollution", WordOrReal(&["auto", "off"], &["draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered artificial light"),
-    key("sky.twilight", WordOrReal(&["auto", "off", "patat"], &["yoachim", "draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered sunlight"),
+    key("sky.airglow", WordOrReal(&["auto", "off", "palace", "krag"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "light of the upper atmosphere"),
+    key("sky.pollution", WordOrReal(&["auto", "off", "draft"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered artificial light"),
+    key("sky.twilight", WordOrReal(&["auto", "off", "patat", "yoachim", "draft"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered sunlight"),
     key("sky.starlight", WordOrReal(&["auto", "off"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "stars fainter than stars.limit_mag_v only"),
-    key("sky.moonlight", WordOrReal(&["auto", "off", "krisciunas-schaefer"], &["rolo", "draft"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered moonlight"),
-    key("sky.zodiacal", WordOrReal(&["auto", "off", "leinert"], &["roach"], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "sunlight from interplanetary dust"),
-    key("sky.f107_sfu", Real(0.0, 1000.0), "sfu", Is("130.0"), "solar radio flux at 10.7 cm").later(),
+    key("sky.moonlight", WordOrReal(&["auto", "off", "rolo", "krisciunas-schaefer", "draft"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "scattered moonlight"),
+    key("sky.zodiacal", WordOrReal(&["auto", "off", "leinert", "roach"], &[], 0.0, 60.0), "mag/arcsec^2", Is("\"auto\""), "sunlight from interplanetary dust"),
+    key("sky.f107_sfu", Real(0.0, 1000.0), "sfu", Is("130.0"), "solar radio flux at 10.7 cm; 70 at a minimum of the cycle, 200 at a maximum"),
     key("sky.tilt", Reals(2, -1.0, 1.0), "", Is("[0.0, 0.0]"), "of sources given as numbers: relative half-amplitude across x, y"),
 
     table("stars", Section, "stars drawn one by one"),
     key("stars.enabled", Flag, "", Is("true"), "false: none are drawn"),
     key("stars.catalog", WordOrFile(&["tycho2", "none"], &[], "a file made by `catalog import`", true), "", Is("\"tycho2\""), "catalogue"),
-    key("stars.synthetic", Flag, "", Is("true"), "fill beyond the catalogue from counts; in this version that light is in sky.starlight"),
-    key("stars.limit_mag_v", WordOrReal(&["auto"], &[], -30.0, 60.0), "mag", Is("\"auto\""), "drawn down to here; \"auto\": all of the catalogue"),
+    key("stars.synthetic", Flag, "", Is("true"), "fill beyond the catalogue from counts"),
+    key("stars.limit_mag_v", WordOrReal(&["auto"], &[], -30.0, 60.0), "mag", Is("\"auto\""), "drawn down to here; \"auto\": while their clumping matters against the noise (accuracy.omit)"),
     key("stars.random_count", Int(0, COUNT), "", Is("0"), "benchmark fields: so many stars at random places instead of catalog and synthetic"),
     key("stars.random_mag_v", Reals(2, -30.0, 60.0), "mag", Is("[8.0, 17.0]"), "brightest, faintest; dN/dm ~ 10^(0.35 m)"),
     key("stars.random_seed", Int(0, i64::MAX), "", Is("1"), "of the random stars"),

@@ -38,6 +38,8 @@ pub(super) enum Kind {
     Size,
     /// Pairs of azimuth and elevation.
     Horizon,
+    /// Pairs of azimuth and share, the shares 1 together at most.
+    Domes,
     /// An instant in UTC.
     Time,
     /// Lines of a two-line element set, or the file with it.
@@ -206,6 +208,7 @@ impl Key {
                 format!("be {count} numbers in {}..{}{unit}", short(low), short(high))
             }
             Kind::Size => "be one integer or [width, height], each in 1..65536 px".into(),
+            Kind::Domes => "be pairs [azimuth 0..360 deg, share 0..1], the shares together at most 1".into(),
             Kind::Horizon => "be pairs [azimuth 0..360 deg, elevation -90..90 deg], azimuth ascending".into(),
             Kind::Time => "be a time in UTC in the years 1957..2099, such as 2018-01-15T04:00:00Z".into(),
             Kind::Tle => {

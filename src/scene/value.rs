@@ -92,6 +92,7 @@ impl Reader {
             },
             Kind::Size => size(value),
             Kind::Horizon => horizon(value),
+            Kind::Domes => domes(value),
             Kind::Time => time(value).map(Plain::Datetime),
             Kind::Tle => self.tle(node),
             Kind::Word(now, later) => word(now, later, node),
@@ -315,6 +316,21 @@ fn horizon(value: &Value) -> Result<Plain, Wrong> {
         pairs.push(Plain::Array(vec![az, el]));
     }
     if pairs.is_empty() { Err(Wrong::Form) } else { Ok(Plain::Array(pairs)) }
+}
+
+fn domes(value: &Value) -> Result<Plain, Wrong> {
+    let Value::List(items) = value else { return Err(Wrong::Form) };
+    let (mut pairs, mut sum) = (Vec::new(), 0.0);
+    for item in items {
+        let Value::List(pair) = &item.value else { return Err(Wrong::Form) };
+        let [azimuth, share] = pair.as_slice() else { return Err(Wrong::Form) };
+        let (az, share) = (real(azimuth, 0.0, 360.0)?, real(share, 0.0, 1.0)?);
+        if let Plain::Float(share) = share {
+            sum += share;
+        }
+        pairs.push(Plain::Array(vec![az, share]));
+    }
+    if sum > 1.0 + 1e-9 { Err(Wrong::Form) } else { Ok(Plain::Array(pairs)) }
 }
 
 /// A time in normal form: date, time to the second, Z.

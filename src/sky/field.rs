@@ -3,7 +3,10 @@
 //! The grid is refined until the midpoints of its cells agree with direct evaluation within `accuracy.sky`; the
 //! reference twin evaluates every pixel ([`SkyField::reference`]).
 
-use super::{Context, Source};
+use super::Source;
+use super::context::toward;
+use crate::plan::view::View;
+use crate::scene::Scene;
 use glam::DVec2;
 
 /// Cells along a side at most; beyond that the remaining error is told by [`SkyField::error`].
@@ -23,13 +26,19 @@ pub struct SkyField {
 
 impl SkyField {
     /// The sum of `sources` over the frame, to a relative error of `tolerance`. `clock` gives seconds since some moment.
-    pub fn new(context: &Context, sources: &[&dyn Source], tolerance: f64, clock: &dyn Fn() -> f64) -> Self {
-        let [width, height] = context.scene.detector.size_px.map(|n| n as f64);
+    pub fn new(
+        view: &View,
+        scene: &Scene,
+        sources: &[&dyn Source],
+        tolerance: f64,
+        clock: &dyn Fn() -> f64,
+    ) -> Self {
+        let [width, height] = scene.detector.size_px.map(|n| n as f64);
         let size = DVec2::new(width, height);
         let mut seconds = vec![0.0; sources.len()];
         let mut cells = 2;
         loop {
-            let mut field = Self::with_cells(context, sources, size, cells, clock);
+            let mut field = Self::with_cells(view, sources, size, cells, clock);
             seconds.iter_mut().zip(&field.seconds).for_each(|(all, level)| *all += level);
             if field.error <= tolerance || cells >= MOST_CELLS {
                 field.seconds = seconds;
@@ -41,7 +50,7 @@ impl SkyField {
 
     /// The field on a grid of `cells` by `cells`, its error measured at the midpoints.
     pub fn with_cells(
-        context: &Context,
+        view: &View,
         sources: &[&dyn Source],
         size: DVec2,
         cells: usize,
@@ -53,7 +62,7 @@ impl SkyField {
         let grid = |count: usize| (0..count).flat_map(move |j| (0..count).map(move |i| (i, j)));
         let pixels = grid(cells + 1).map(|(i, j)| place(i, j, 0.0));
         let pixels = pixels.chain(grid(cells).map(|(i, j)| place(i, j, 0.5))).collect::<Vec<_>>();
-        let toward = pixels.iter().map(|p| context.toward(*p)).collect::<Vec<_>>();
+        let toward = pixels.iter().map(|p| toward(view, *p)).collect::<Vec<_>>();
         let mut values = vec![0.0; pixels.len()];
         let mut seconds = Vec::with_capacity(sources.len());
         for source in sources {
@@ -70,8 +79,8 @@ impl SkyField {
     }
 
     /// The reference twin: the sources summed at a pixel.
-    pub fn reference(context: &Context, sources: &[&dyn Source], pixel: DVec2) -> f64 {
-        let toward = context.toward(pixel);
+    pub fn reference(view: &View, sources: &[&dyn Source], pixel: DVec2) -> f64 {
+        let toward = toward(view, pixel);
         sources.iter().map(|s| s.mean(&toward)).sum()
     }
 

@@ -1,114 +1,37 @@
 //! Diffuse light of the sky: six sources, each a mean number of electrons per pixel towards a direction.
 //!
 //! Light from above the atmosphere (starlight, zodiacal light, airglow with its own effective extinction) is dimmed
-//! once; light measured at the ground (pollution, twilight, scattered moonlight) is not dimmed again. Twilight and
-//! pollution are the excess over the natural sky, so that the dark sky is counted once. All sources of a frame
-//! are summed before the one Poisson draw.
+//! once; light measured at the ground (pollution, twilight) or worked out there (scattered moonlight) is not dimmed again.
+//! Twilight and pollution are the excess over the natural sky, so that the dark sky is counted once. All sources of a
+//! frame are summed before the one Poisson draw.
 //!
 //! Each source first says whether it is needed ([`Source::assess`]); what is negligible together is left out
 //! together ([`compose`]).
 
 pub mod airglow;
+pub mod context;
+pub mod draft;
 pub mod field;
+pub mod krisciunas_schaefer;
+pub mod moon_disc;
 pub mod moonlight;
 pub mod pollution;
+pub mod response;
+pub mod scattering;
 pub mod starlight;
 pub mod surface;
 pub mod twilight;
 pub mod zodiacal;
 
-use crate::astro::observer::airmass;
-use crate::astro::observer::azimuth_elevation;
+pub use context::{Context, Field, Toward};
+
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::surface_brightness::MagArcsec2;
-use crate::base::units::{ARCSEC, ARCSEC_PER_RAD, flux_from_mag};
-use crate::light::tables;
-use crate::light::throughput::{RateAtAirmass, Throughput};
-use crate::plan::view::View;
-use crate::scene::{Scene, Sky, SkyModel};
-use crate::stars::catalogue::Catalogue;
-use glam::{DVec2, DVec3};
+use crate::scene::{Sky, SkyModel};
+use crate::stars::drawn::Drawn;
 
-/// A direction into the sky.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Toward {
-    /// Astrometric ICRS unit vector.
-    pub icrs: DVec3,
-    /// Azimuth from north, clockwise \[rad\].
-    pub azimuth: f64,
-    /// Apparent zenith distance \[rad\].
-    pub zenith_distance: f64,
-    /// Airmass (Pickering 2002).
-    pub airmass: f64,
-    /// Place in the frame, -1 to 1 along x and y.
-    pub in_frame: DVec2,
-}
-
-/// What all sources of a frame need.
-#[derive(Debug)]
-pub struct Context<'a> {
-    /// The scene.
-    pub scene: &'a Scene,
-    /// Geometry of the exposure.
-    pub view: &'a View,
-    /// From photons to electrons.
-    pub throughput: &'a Throughput,
-    /// The catalogue whose stars are drawn one by one.
-    pub catalogue: &'a Catalogue,
-    /// Electrons per second of a solar-coloured source of V = 0 above the atmosphere, against airmass.
-    pub solar_v_zero: RateAtAirmass,
-    /// The same without atmosphere.
-    pub solar_v_zero_at_ground: f64,
-    /// Solid angle of a pixel \[sr\].
-    pub pixel_sr: f64,
-}
-
-impl<'a> Context<'a> {
-    /// What the sources of one exposure need.
-    pub fn new(scene: &'a Scene, view: &'a View, throughput: &'a Throughput, catalogue: &'a Catalogue) -> Self {
-        let solar = tables::solar_of_v_zero();
-        // on the observed sky; astrometric scales are stretched by differential refraction
-        let pixel_rad = scene.telescope.plate_scale_arcsec * ARCSEC;
-        Self {
-            scene,
-            view,
-            throughput,
-            catalogue,
-            solar_v_zero: throughput.rate(&solar),
-            solar_v_zero_at_ground: throughput.electrons_per_s(&solar, 0.0),
-            pixel_sr: pixel_rad * pixel_rad,
-        }
-    }
-
-    /// Solid angle of a pixel \[arcsec^2\].
-    pub fn pixel_arcsec2(&self) -> f64 {
-        self.pixel_sr * ARCSEC_PER_RAD * ARCSEC_PER_RAD
-    }
-
-    /// Electrons per pixel in the exposure from a surface brightness (V, solar colour) measured at the ground; 0
-    /// for NaN.
-    pub fn electrons_at_ground(&self, brightness: MagArcsec2) -> f64 {
-        let flux = flux_from_mag(brightness.0);
-        if flux.is_nan() {
-            return 0.0;
-        }
-        self.solar_v_zero_at_ground * flux * self.pixel_arcsec2() * self.view.exposure_s
-    }
-
-    /// The direction of a pixel.
-    pub fn toward(&self, pixel: DVec2) -> Toward {
-        let icrs = self.view.wcs.mid.sky(pixel);
-        let (azimuth, elevation) = azimuth_elevation(self.view.observer.observed(icrs));
-        let centre = self.view.wcs.mid.crpix;
-        Toward {
-            icrs,
-            azimuth,
-            zenith_distance: std::f64::consts::FRAC_PI_2 - elevation,
-            airmass: airmass(elevation),
-            in_frame: (pixel - centre) / centre.max(DVec2::ONE),
-        }
-    }
-}
+/// A frame's samples may miss the brightest place by this factor.
+const BETWEEN_SAMPLES: f64 = 1.1;
 
 /// One source of diffuse light.
 pub trait Source: Sync {
@@ -118,38 +41,80 @@ pub trait Source: Sync {
     fn keyword(&self) -> &'static str;
     /// Model and reference.
     fn basis(&self) -> String;
-    /// Whether it can reach the frame, and at most how much of it.
-    fn assess(&self) -> Verdict;
-    /// Mean \[e-/px\] in the exposure; called only if needed.
+    /// Why it cannot reach the field or is outside its model there; nothing if it can shine.
+    fn absent(&self, field: &Field) -> Option<Why>;
+    /// Mean \[e-/px\] in the exposure; NaN where the direction is outside the model.
     fn mean(&self, toward: &Toward) -> f64;
+    /// Relative uncertainty of the mean, 1 sigma.
+    fn uncertainty(&self) -> f64;
+
+    /// Whether it can reach the field, and at most how much of it.
+    fn assess(&self, field: &Field) -> Verdict {
+        if let Some(why) = self.absent(field) {
+            return Verdict::Absent(why);
+        }
+        let brightest = field
+            .samples
+            .iter()
+            .map(|t| self.mean(t))
+            .fold(0.0, |a: f64, b| if a.is_nan() || b.is_nan() { f64::NAN } else { a.max(b) });
+        if brightest.is_nan() {
+            return Verdict::Absent(Why::OutsideModel(format!("{} in this field", self.basis())));
+        }
+        Verdict::Needed { bound: BETWEEN_SAMPLES * brightest }
+    }
 }
 
-/// The six sources of a frame, in the order of the header.
-pub fn sources<'a>(context: &'a Context<'a>) -> Vec<Box<dyn Source + 'a>> {
+/// Largest less smallest mean over a field's samples, as a share of the centre's.
+pub fn gradient(source: &dyn Source, field: &Field) -> f64 {
+    let means = field.samples.iter().map(|t| source.mean(t));
+    let (low, high) = means.fold((f64::INFINITY, 0.0f64), |(low, high), m| (low.min(m), high.max(m)));
+    let centre = source.mean(field.centre());
+    if centre > 0.0 { (high - low) / centre } else { 0.0 }
+}
+
+/// The six sources of a frame, in the order of the header; `drawn` says which stars are drawn one by one.
+pub fn sources<'a>(context: &'a Context<'a>, drawn: &Drawn) -> Vec<Box<dyn Source + 'a>> {
     let Sky { airglow, pollution, twilight, starlight, moonlight, zodiacal, .. } = &context.scene.sky;
-    let choose = |model: &SkyModel, name, keyword, modelled: &dyn Fn() -> Box<dyn Source + 'a>| match model {
-        SkyModel::Auto | SkyModel::Named(_) => modelled(),
-        SkyModel::Off => Box::new(surface::Surface::off(context, name, keyword)) as Box<dyn Source>,
+    let choose = |model: &SkyModel, name, keyword, modelled: &dyn Fn(&str) -> Box<dyn Source + 'a>| match model {
+        SkyModel::Auto => modelled("auto"),
+        SkyModel::Named(model) => modelled(model),
+        SkyModel::Off => Box::new(surface::Surface::off(name, keyword)) as Box<dyn Source>,
         SkyModel::Surface(mag) => Box::new(surface::Surface::new(context, name, keyword, MagArcsec2(*mag))),
     };
     vec![
-        choose(airglow, "sky.airglow", "SKYAIRG", &|| Box::new(airglow::Airglow::new(context))),
-        choose(pollution, "sky.pollution", "SKYPOLL", &|| Box::new(pollution::Pollution::new(context))),
-        choose(twilight, "sky.twilight", "SKYTWIL", &|| Box::new(twilight::Twilight::new(context))),
-        choose(starlight, "sky.starlight", "SKYSTAR", &|| Box::new(starlight::Starlight::new(context))),
-        choose(moonlight, "sky.moonlight", "SKYMOON", &|| Box::new(moonlight::Moonlight::new(context))),
-        choose(zodiacal, "sky.zodiacal", "SKYZODI", &|| Box::new(zodiacal::Zodiacal::new(context))),
+        choose(airglow, "sky.airglow", "SKYAIRG", &|_| Box::new(airglow::Airglow::new(context))),
+        choose(pollution, "sky.pollution", "SKYPOLL", &|model| match model {
+            "draft" => Box::new(draft::Pollution::new(context)),
+            _ => Box::new(pollution::Pollution::new(context)),
+        }),
+        choose(twilight, "sky.twilight", "SKYTWIL", &|model| match model {
+            "draft" => Box::new(draft::Twilight::new(context)),
+            "yoachim" => Box::new(twilight::Twilight::yoachim(context)),
+            _ => Box::new(twilight::Twilight::patat(context)),
+        }),
+        choose(starlight, "sky.starlight", "SKYSTAR", &|_| Box::new(starlight::Starlight::new(context, drawn))),
+        choose(moonlight, "sky.moonlight", "SKYMOON", &|model| match model {
+            "draft" => Box::new(draft::Moonlight::new(context)),
+            "krisciunas-schaefer" => Box::new(krisciunas_schaefer::Moonlight::new(context)),
+            _ => Box::new(moonlight::Moonlight::new(context)),
+        }),
+        choose(zodiacal, "sky.zodiacal", "SKYZODI", &|model| match model {
+            "roach" => Box::new(zodiacal::Zodiacal::roach(context)),
+            _ => Box::new(zodiacal::Zodiacal::leinert(context)),
+        }),
     ]
 }
 
 /// The sources that take part in a frame, and what the ledger says of all of them. The faintest are left out
 /// while the sum of their bounds stays below `allowed` \[e-/px\]; an explicitly named model or number is kept.
 pub fn compose<'s, 'a>(
+    context: &Context,
     sources: &'s [Box<dyn Source + 'a>],
-    sky: &Sky,
     allowed: f64,
 ) -> (Vec<&'s (dyn Source + 'a)>, Vec<Row>) {
-    let mut verdicts = sources.iter().map(|s| s.assess()).collect::<Vec<_>>();
+    let (sky, field) = (&context.scene.sky, &context.field);
+    let mut verdicts = sources.iter().map(|s| s.assess(field)).collect::<Vec<_>>();
     let models = [&sky.airglow, &sky.pollution, &sky.twilight, &sky.starlight, &sky.moonlight, &sky.zodiacal];
     let mut faintest_first = (0..sources.len())
         .filter_map(|i| match verdicts[i] {
@@ -166,7 +131,16 @@ pub fn compose<'s, 'a>(
         }
         verdicts[i] = Verdict::Absent(Why::Negligible { bound, allowed });
     }
-    let rows = sources.iter().zip(&verdicts).map(|(s, v)| Row::new(s.name(), v, &s.basis())).collect();
+    let row = |source: &dyn Source, verdict: &Verdict| {
+        let mut row = Row::new(source.name(), verdict, &source.basis());
+        if verdict.is_needed() {
+            row.mean_e_px = source.mean(field.centre());
+            row.gradient = gradient(source, field);
+            row.uncertainty = source.uncertainty();
+        }
+        row
+    };
+    let rows = sources.iter().zip(&verdicts).map(|(s, v)| row(&**s, v)).collect();
     let needed = sources.iter().zip(&verdicts).filter(|(_, v)| v.is_needed()).map(|(s, _)| &**s).collect();
     (needed, rows)
 }

@@ -1,79 +1,97 @@
-//! Moonlight scattered by the atmosphere: Krisciunas & Schaefer 1991, PASP 103, 1033.
+//! Moonlight scattered by the atmosphere: the Moon's disc ([`super::moon_disc`]) as a lamp above scattering air
+//! ([`super::scattering`]).
 //!
-//! B = f(rho) I 10^(-0.4 k X(Zm)) (1 - 10^(-0.4 k X(Z))) nanolambert (eq. 15), with the Moon's illuminance
-//! I = 10^(-0.4 (3.84 + 0.026 |alpha| + 4e-9 alpha^4)) (eq. 20), f(rho) = 10^5.36 (1.06 + cos^2 rho) + 10^(6.15 - rho/40)
-//! (eq. 21; within 10 deg of the Moon 6.2e7 rho^-2, eq. 19), X(Z) = (1 - 0.96 sin^2 Z)^(-1/2) (eq. 3) and k in V from
-//! the station's extinction. Measured at the ground, solar colour. Quoted accuracy 8 to 23 %. A Moon in the
-//! penumbra is dimmed by the share of the Sun's disc it sees; one in the umbra, and one within 0.5 deg of the frame, is
-//! outside the model.
+//! The station's extinction curve is split into molecules, aerosol and ozone ([`crate::light::atmosphere`]); the integral
+//! over wavelength is taken in bands of 10 nm. A Moon in the penumbra is dimmed by the share of the Sun's disc it sees;
+//! one in the umbra, and one within 0.5 deg of the frame, is outside the model. Measured against the Moon's own place:
+//! nearer than 2 deg the aureole is uncertain by a factor of two. Uncertainty: 0.2 (Jones et al. 2013, A&A 560, A91, find
+//! such models within 20 % of spectra).
 
-use super::{Context, Source, Toward};
+use super::moon_disc::Disc;
+use super::scattering::{Paths, Phase, multiple, single};
+use super::{Context, Field, Source, Toward};
+use crate::astro::moon::face;
+use crate::astro::observer::airmass;
 use crate::astro::{separation, shadow};
-use crate::base::ledger::{Verdict, Why};
-use crate::base::surface_brightness::Nanolambert;
-use crate::light::tables::{Kind, curve};
-use std::f64::consts::FRAC_PI_2;
-
-/// Effective wavelength of V \[nm\].
-const V_NM: f64 = 550.0;
+use crate::base::ledger::Why;
+use crate::light::atmosphere::Depths;
+use crate::light::integrand::Bin;
+use crate::light::tables;
+use crate::light::throughput::Throughput;
+use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Nearer to the Moon than this the frame would show the Moon itself \[rad\].
-const NEAREST: f64 = 0.5 / 180.0 * std::f64::consts::PI;
+const NEAREST: f64 = 0.5 / 180.0 * PI;
+
+/// Width of the bands of wavelength \[nm\].
+const BAND_NM: f64 = 10.0;
+
+/// Sunlight at 1 au through one instrument, in bands, with the air's optical depths.
+#[derive(Debug, Clone)]
+pub struct Rates(Vec<(Bin, Depths)>);
+
+impl Rates {
+    /// The rates of an instrument.
+    pub fn new(throughput: &Throughput) -> Self {
+        Self::in_bands(throughput, BAND_NM)
+    }
+
+    /// The same in bands of another width; narrow ones are the reference twin.
+    pub fn in_bands(throughput: &Throughput, width_nm: f64) -> Self {
+        let bins = throughput.integrand(&tables::sun()).bins(width_nm);
+        Self(bins.into_iter().map(|bin| (bin, throughput.atmosphere.depths(bin.nm))).collect())
+    }
+}
 
 /// Moonlight of a frame.
 pub struct Moonlight<'a> {
     context: &'a Context<'a>,
-    extinction: f64,
-    illuminance: f64,
-    moon_airmass: f64,
+    /// Electrons per second of each band from the Moon above the air; optical depths there.
+    lamp: Vec<(Bin, Depths)>,
+    lamp_airmass: f64,
+    /// Share of the Sun's disc that the Moon sees.
+    lit: f64,
 }
 
-/// Path of scattering air towards zenith distance `z` \[rad\] (Krisciunas & Schaefer 1991, eq. 3); 5 at the horizon.
-pub fn scattering_airmass(zenith_distance: f64) -> f64 {
-    let s = zenith_distance.min(FRAC_PI_2).sin();
-    1.0 / (1.0 - 0.96 * s * s).sqrt()
+/// Share of the Sun's disc that the Moon sees: below 1 in the Earth's penumbra, 0 in its umbra.
+pub(super) fn lit(context: &Context) -> f64 {
+    let position = crate::astro::bodies::moon_gcrs(&context.now.instant);
+    shadow::sunlit(position, context.now.observer.earth.sun_apparent(0.0), context.now.observer.pole)
 }
 
-/// Scattering function of air and aerosol at an angle `rho` from the Moon \[rad\], eqs 19 and 21.
-fn scattering(rho: f64) -> f64 {
-    let degrees = rho.to_degrees().max(0.25);
-    let rayleigh = 10f64.powf(5.36) * (1.06 + rho.cos().powi(2));
-    let mie = if degrees < 10.0 { 6.2e7 / (degrees * degrees) } else { 10f64.powf(6.15 - degrees / 40.0) };
-    rayleigh + mie
-}
-
-/// Illuminance of the Moon outside the atmosphere, eq. 20, for a phase angle \[rad\].
-fn illuminance(phase: f64) -> f64 {
-    let alpha = phase.to_degrees();
-    10f64.powf(-0.4 * (3.84 + 0.026 * alpha.abs() + 4e-9 * alpha.powi(4)))
-}
-
-/// Brightness of the sky \[nL\], eq. 15.
-fn nanolambert(rho: f64, illuminance: f64, extinction: f64, moon_airmass: f64, airmass: f64) -> f64 {
-    let kept = |x: f64| 10f64.powf(-0.4 * extinction * x);
-    scattering(rho) * illuminance * kept(moon_airmass) * (1.0 - kept(airmass))
+/// Why scattered moonlight cannot be told for a field: no Moon up, eclipsed, or in the field itself.
+pub(super) fn absent(context: &Context, field: &Field, lit: f64) -> Option<Why> {
+    let moon = &context.now.moon.body;
+    let elevation = moon.horizontal.elevation.to_degrees();
+    if elevation <= 0.0 {
+        return Some(Why::NotVisible(format!("Moon {:.1} deg below the horizon", -elevation)));
+    }
+    if lit <= 0.0 {
+        return Some(Why::OutsideModel("Moon in the Earth's umbra".into()));
+    }
+    // the edge of the frame may be nearer to the Moon
+    let away = separation(field.centre().icrs, moon.direction);
+    (away - field.radius < NEAREST).then(|| {
+        Why::OutsideModel(format!("Moon in or beside the field, {:.1} deg from its centre", away.to_degrees()))
+    })
 }
 
 impl<'a> Moonlight<'a> {
     /// The moonlight of a frame.
     pub fn new(context: &'a Context<'a>) -> Self {
-        let moon = &context.view.moon;
-        let extinction = curve(Kind::Extinction, &context.scene.station.extinction).map_or(0.15, |c| c.at(V_NM));
-        let position = crate::astro::bodies::moon_gcrs(&context.view.mid);
-        let lit =
-            shadow::sunlit(position, context.view.observer.earth.sun_apparent(0.0), context.view.observer.pole);
-        Self {
-            context,
-            extinction,
-            illuminance: lit * illuminance(moon.phase),
-            moon_airmass: scattering_airmass(FRAC_PI_2 - moon.body.horizontal.elevation),
-        }
+        Self::with_rates(context, &context.response.moonlight)
     }
 
-    fn electrons(&self, rho: f64, zenith_distance: f64) -> f64 {
-        let airmass = scattering_airmass(zenith_distance);
-        let nl = nanolambert(rho, self.illuminance, self.extinction, self.moon_airmass, airmass);
-        self.context.electrons_at_ground(Nanolambert(nl).into())
+    /// The same with bands of another width.
+    pub fn with_rates(context: &'a Context<'a>, rates: &Rates) -> Self {
+        let now = &context.now;
+        let disc = Disc::new(&face(&now.instant, now.observer.gcrs));
+        let lit = lit(context);
+        let lamp = |(bin, depths): &(Bin, Depths)| {
+            (Bin { nm: bin.nm, electrons: bin.electrons * disc.relative_to_sun(bin.nm) * lit }, *depths)
+        };
+        let lamp = rates.0.iter().map(lamp).collect();
+        Self { context, lamp, lamp_airmass: airmass(now.moon.body.horizontal.elevation), lit }
     }
 }
 
@@ -87,70 +105,29 @@ impl Source for Moonlight<'_> {
     }
 
     fn basis(&self) -> String {
-        format!("Krisciunas & Schaefer 1991, k_V = {:.3} mag/airmass", self.extinction)
+        let phase = self.context.now.moon.phase.to_degrees();
+        format!("ROLO disc (Kieffer & Stone 2005) at phase {phase:.1} deg, Rayleigh and Mie scattering")
     }
 
-    fn assess(&self) -> Verdict {
-        let view = self.context.view;
-        let elevation = view.moon.body.horizontal.elevation.to_degrees();
-        if elevation <= 0.0 {
-            return Verdict::Absent(Why::NotVisible(format!("Moon {:.1} deg below the horizon", -elevation)));
-        }
-        if self.illuminance <= 0.0 {
-            return Verdict::Absent(Why::OutsideModel("Moon in the Earth's umbra".into()));
-        }
-        let rho = separation(view.wcs.mid.centre, view.moon.body.direction);
-        // the edge of the frame may be nearer to the Moon
-        let nearest = (rho - view.wcs.mid.pixel_scale() * view.wcs.mid.crpix.length()).max(0.0);
-        if nearest < NEAREST {
-            return Verdict::Absent(Why::OutsideModel(format!(
-                "Moon in or beside the field, {:.1} deg",
-                rho.to_degrees()
-            )));
-        }
-        Verdict::Needed { bound: 1.2 * self.electrons(nearest, FRAC_PI_2 - view.centre.elevation) }
+    fn absent(&self, field: &Field) -> Option<Why> {
+        absent(self.context, field, self.lit)
     }
 
     fn mean(&self, toward: &Toward) -> f64 {
-        self.electrons(separation(toward.icrs, self.context.view.moon.body.direction), toward.zenith_distance)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::base::surface_brightness::MagArcsec2;
-
-    /// Worked by hand from their equations: k = 0.172, phase 30 deg, Moon and field 45 deg up and 60 deg apart.
-    #[test]
-    fn brightness_follows_the_published_equations() {
-        let x = scattering_airmass(45f64.to_radians());
-        assert!((x - 1.3868).abs() < 1e-3);
-        let i = illuminance(30f64.to_radians());
-        assert!((i / 10f64.powf(-0.4 * (3.84 + 0.78 + 0.00324)) - 1.0).abs() < 1e-9);
-        let f = scattering(60f64.to_radians());
-        assert!((f / (10f64.powf(5.36) * 1.31 + 10f64.powf(4.65)) - 1.0).abs() < 1e-9);
-        let b = nanolambert(60f64.to_radians(), i, 0.172, x, x);
-        assert!((b - 772.3).abs() < 0.1, "{b} nL");
-    }
-
-    /// The zenith of a sky of V = 21.8 by night, the Moon 60 deg from it, k = 0.172: V = 18.85 near full Moon, 20.79 at
-    /// a quarter.
-    #[test]
-    fn the_moonlit_zenith_is_as_bright_as_published() {
-        let dark = Nanolambert::from(MagArcsec2(21.8)).0;
-        let moon_airmass = scattering_airmass(60f64.to_radians());
-        for (phase, published) in [(7.0, 18.85), (90.0, 20.79)] {
-            let i = illuminance(f64::to_radians(phase));
-            let moonlit = nanolambert(60f64.to_radians(), i, 0.172, moon_airmass, 1.0);
-            let MagArcsec2(v) = Nanolambert(dark + moonlit).into();
-            assert!((v - published).abs() < 0.02, "phase {phase} deg: V {v}");
+        let moon = &self.context.now.moon.body;
+        if toward.zenith_distance > FRAC_PI_2 || moon.horizontal.elevation <= 0.0 {
+            return 0.0;
         }
+        let phase = Phase::at(separation(toward.icrs, moon.direction));
+        let paths = Paths { view: toward.airmass, lamp: self.lamp_airmass };
+        let band = |(bin, depths): &(Bin, Depths)| {
+            bin.electrons * single(bin.nm, depths, &phase, paths) * multiple(depths, paths)
+        };
+        self.lamp.iter().map(band).sum::<f64>() * self.context.per_steradian()
     }
 
-    #[test]
-    fn brightness_stays_finite_at_the_moon_and_falls_with_phase() {
-        assert!(scattering(0.0).is_finite());
-        assert!(illuminance(0.0) > illuminance(1.0) && illuminance(3.1) > 0.0);
+    fn uncertainty(&self) -> f64 {
+        let phase = self.context.now.moon.phase.to_degrees();
+        if phase > 97.0 { 0.5 } else { 0.2 }
     }
 }

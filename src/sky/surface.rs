@@ -1,7 +1,7 @@
 //! A source given as a number: V mag/arcsec^2 of solar colour at the ground, tilted across the frame.
 
-use super::{Context, Source, Toward};
-use crate::base::ledger::{Verdict, Why};
+use super::{Context, Field, Source, Toward};
+use crate::base::ledger::Why;
 use crate::base::surface_brightness::MagArcsec2;
 
 /// A uniform or tilted surface brightness.
@@ -21,7 +21,7 @@ impl Surface {
     }
 
     /// The source `name`, switched off.
-    pub fn off(_: &Context, name: &'static str, keyword: &'static str) -> Self {
+    pub fn off(name: &'static str, keyword: &'static str) -> Self {
         Self { name, keyword, electrons: 0.0, brightness: None, tilt: [0.0; 2] }
     }
 }
@@ -40,15 +40,16 @@ impl Source for Surface {
             .map_or_else(String::new, |MagArcsec2(mag)| format!("given: V {mag} mag/arcsec^2 at the ground"))
     }
 
-    fn assess(&self) -> Verdict {
-        match self.brightness {
-            None => Verdict::Absent(Why::NotAsked),
-            Some(_) => Verdict::Needed { bound: self.electrons * (1.0 + self.tilt[0].abs() + self.tilt[1].abs()) },
-        }
+    fn absent(&self, _: &Field) -> Option<Why> {
+        self.brightness.is_none().then_some(Why::NotAsked)
     }
 
     fn mean(&self, toward: &Toward) -> f64 {
         let share = 1.0 + self.tilt[0] * toward.in_frame.x + self.tilt[1] * toward.in_frame.y;
         self.electrons * share.max(0.0)
+    }
+
+    fn uncertainty(&self) -> f64 {
+        0.0
     }
 }

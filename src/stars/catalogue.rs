@@ -210,9 +210,17 @@ impl Catalogue {
 
     /// The magnitude to which the catalogue is complete in all cells within `radius` \[rad\] of `centre`.
     pub fn complete_to(&self, centre: DVec3, radius: f64) -> f64 {
-        self.cells_near(centre, radius)
-            .map(|cell| f64::from(i16_at(&self.bytes, self.columns.complete + 2 * cell)) / 1000.0)
-            .fold(f64::INFINITY, f64::min)
+        self.cells_near(centre, radius).map(|cell| self.cell_complete_to(cell)).fold(f64::INFINITY, f64::min)
+    }
+
+    /// The magnitude to which the catalogue is complete in a cell.
+    pub fn cell_complete_to(&self, cell: usize) -> f64 {
+        f64::from(i16_at(&self.bytes, self.columns.complete + 2 * cell)) / 1000.0
+    }
+
+    /// V magnitudes of a cell's stars, from bright to faint.
+    pub fn cell_mags(&self, cell: usize) -> impl Iterator<Item = f64> + '_ {
+        self.cell_stars(cell).map(|i| f64::from(i16_at(&self.bytes, self.columns.mag + 2 * i)) / 1000.0)
     }
 
     fn cell_stars(&self, cell: usize) -> std::ops::Range<usize> {
@@ -237,7 +245,7 @@ impl Catalogue {
     }
 
     /// The cells that a cone can touch.
-    fn cells_near(&self, centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
+    pub fn cells_near(&self, centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
         let (ra, dec) = angles(centre);
         let (low, high) = (dec - radius, dec + radius);
         // half-width in right ascension of a cone that holds no pole (Meeus 1998, ch. 17)

@@ -28,3 +28,59 @@ pub fn cell_of(ra: f64, dec: f64) -> usize {
     let within = (ra.rem_euclid(TAU) / TAU * count as f64) as usize;
     cells_before(band) + within.min(count - 1)
 }
+
+/// The part of the sky that a cell covers.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Bounds {
+    /// Right ascension, from and to \[rad\].
+    pub ra: [f64; 2],
+    /// Declination, from and to \[rad\].
+    pub dec: [f64; 2],
+}
+
+impl Bounds {
+    /// Of a cell; the last one's for a number beyond it.
+    pub fn of(cell: usize) -> Self {
+        let mut first = 0;
+        let mut band = 0;
+        while band + 1 < BANDS && first + cells_in(band) <= cell {
+            first += cells_in(band);
+            band += 1;
+        }
+        let count = cells_in(band);
+        let within = (cell - first).min(count - 1) as f64;
+        let ra = [within, within + 1.0].map(|k| k / count as f64 * TAU);
+        let dec = [band, band + 1].map(|b| (b as f64 / BANDS as f64 - 0.5) * PI);
+        Self { ra, dec }
+    }
+
+    /// Solid angle \[sr\].
+    pub fn solid_angle(&self) -> f64 {
+        (self.ra[1] - self.ra[0]) * (self.dec[1].sin() - self.dec[0].sin())
+    }
+
+    /// The place at shares `u` of its width and `v` of its area from south to north.
+    pub fn place(&self, u: f64, v: f64) -> [f64; 2] {
+        let [low, high] = self.dec.map(f64::sin);
+        let ra = self.ra[0] + u * (self.ra[1] - self.ra[0]);
+        [ra, (low + v * (high - low)).clamp(-1.0, 1.0).asin()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn cells_cover_the_sphere_once() {
+        let total = cells_before(BANDS);
+        let area: f64 = (0..total).map(|cell| Bounds::of(cell).solid_angle()).sum();
+        assert!((area / (4.0 * PI) - 1.0).abs() < 1e-12, "{area}");
+        for cell in [0, 3, 4, 1000, 20_672, total - 1] {
+            for (u, v) in [(0.01, 0.01), (0.5, 0.5), (0.99, 0.99)] {
+                let [ra, dec] = Bounds::of(cell).place(u, v);
+                assert_eq!(cell_of(ra, dec), cell);
+            }
+        }
+    }
+}

@@ -16,6 +16,7 @@ use crate::plan::PlanError;
 use crate::plan::view::View;
 use crate::simulate::{SimulateError, Simulator};
 use crate::sky::{self, field::SkyField};
+use crate::stars::drawn::Drawn;
 use glam::DVec2;
 
 /// Rows for one exposure of a scene. `clock` gives seconds since some moment.
@@ -37,20 +38,21 @@ pub fn rows(
 fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
     const SAMPLES: usize = 23;
     let context = simulator.sky_context(view);
-    let sources = sky::sources(&context);
-    let present = sources.iter().filter(|s| s.assess().is_needed()).map(|s| &**s).collect::<Vec<_>>();
+    let sources = sky::sources(&context, &Drawn::None);
+    let present =
+        sources.iter().filter(|s| s.assess(&context.field).is_needed()).map(|s| &**s).collect::<Vec<_>>();
     let [width, height] = simulator.scene.detector.size_px.map(|n| n as f64 - 1.0);
     let size = DVec2::new(width + 1.0, height + 1.0);
     let share = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
     let pixels = (0..SAMPLES * SAMPLES)
         .map(|k| DVec2::new(share(k % SAMPLES) * width, share(k / SAMPLES) * height))
         .collect::<Vec<_>>();
-    let exact = pixels.iter().map(|p| SkyField::reference(&context, &present, *p)).collect::<Vec<_>>();
-    let default = SkyField::new(&context, &present, simulator.scene.accuracy.sky, clock).bytes();
+    let exact = pixels.iter().map(|p| SkyField::reference(view, &present, *p)).collect::<Vec<_>>();
+    let default = SkyField::new(view, simulator.scene, &present, simulator.scene.accuracy.sky, clock).bytes();
     [2, 4, 8, 16, 32]
         .map(|cells| {
             let began = clock();
-            let field = SkyField::with_cells(&context, &present, size, cells, clock);
+            let field = SkyField::with_cells(view, &present, size, cells, clock);
             let took = clock() - began;
             let errors = pixels.iter().zip(&exact).map(|(p, e)| field.at(*p) / e - 1.0).collect::<Vec<_>>();
             let setting = format!("{cells} x {cells} cells");

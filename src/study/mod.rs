@@ -5,3 +5,6 @@ mod astro_accuracy;
 mod errors;
 pub mod explain;
 pub mod night_chart;
+pub mod sky;
+pub mod sky_maps;
+pub mod sky_night;

@@ -1,0 +1,58 @@
+//! The stars that a frame can see, moved to its epoch.
+
+use super::catalogue::{Catalogue, CatalogueStar};
+use super::drawn::Drawn;
+use super::synthetic;
+use crate::base::units::flux_from_mag;
+use crate::plan::wcs::east_north;
+use glam::DVec3;
+
+/// Radius of the cone in which drawn stars fainter than the completeness are averaged \[rad\]: 2 degrees.
+const AVERAGING: f64 = 2.0 / 180.0 * std::f64::consts::PI;
+
+/// The cone of the sky a frame needs, and its epoch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Cone {
+    /// Its axis, ICRS.
+    pub centre: DVec3,
+    /// Its half-angle \[rad\].
+    pub radius: f64,
+    /// Julian year of the places.
+    pub year: f64,
+}
+
+/// The stars of `drawn` in a cone: of the catalogue first, then synthetic ones by cell.
+pub fn stars(catalogue: &Catalogue, drawn: &Drawn, cone: &Cone) -> Vec<CatalogueStar> {
+    let limit = match drawn {
+        Drawn::None => return Vec::new(),
+        Drawn::All { limit } => *limit,
+        Drawn::Catalogue { faintest, .. } => *faintest,
+    };
+    let years = cone.year - catalogue.epoch();
+    let mut stars = catalogue.cone(cone.centre, cone.radius, limit);
+    stars.iter_mut().for_each(|star| star.direction = moved(star, years));
+    if matches!(drawn, Drawn::All { .. }) {
+        let near = |s: &CatalogueStar| crate::astro::separation(s.direction, cone.centre) <= cone.radius;
+        for cell in catalogue.cells_near(cone.centre, cone.radius) {
+            stars.extend(synthetic::stars(catalogue, cell, limit).into_iter().filter(near));
+        }
+    }
+    stars
+}
+
+/// What is drawn of the catalogue alone, down to V = `faintest`, about `centre`.
+pub fn catalogue_alone(catalogue: &Catalogue, centre: DVec3, faintest: f64) -> Drawn {
+    let limit = catalogue.complete_to(centre, AVERAGING).min(faintest);
+    let cone = catalogue.cone(centre, AVERAGING, faintest);
+    let fainter: f64 = cone.iter().filter(|s| s.mag_v > limit).map(|s| flux_from_mag(s.mag_v - 10.0)).sum();
+    let deg2 = std::f64::consts::TAU * (1.0 - AVERAGING.cos()) * super::counts::DEG2_PER_SR;
+    Drawn::Catalogue { limit, faintest, fainter_s10: fainter / deg2 }
+}
+
+/// A star's direction after `years` of proper motion; radial motion and parallax are left out.
+fn moved(star: &CatalogueStar, years: f64) -> DVec3 {
+    star.motion.map_or(star.direction, |[ra, dec]| {
+        let (east, north) = east_north(star.direction);
+        (star.direction + (east * ra + north * dec) * years).normalize()
+    })
+}

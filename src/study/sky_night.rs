@@ -1,0 +1,108 @@
+//! The zenith over a night: electrons of every source against time.
+
+use super::sky::{Means, NAMES, SOURCES};
+use crate::astro::time::Instant;
+use plotters::prelude::*;
+
+/// Size of the chart \[px\].
+const SIZE: (u32, u32) = (1200, 620);
+
+/// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
+const COLOURS: [RGBColor; SOURCES] = [
+    RGBColor(0, 158, 115),
+    RGBColor(230, 159, 0),
+    RGBColor(213, 94, 0),
+    RGBColor(86, 180, 233),
+    RGBColor(120, 120, 120),
+    RGBColor(0, 114, 178),
+];
+
+/// The chart as SVG; `curve` holds hours from `from` and the means there.
+pub fn svg(station: &str, from: &Instant, curve: &[(f64, Means)]) -> String {
+    let mut text = String::new();
+    // drawing into a string fails only where the chart has no room, which its size gives
+    let drawn = draw(&mut text, station, from, curve);
+    debug_assert!(drawn.is_ok(), "{drawn:?}");
+    text
+}
+
+fn draw(
+    text: &mut String,
+    station: &str,
+    from: &Instant,
+    curve: &[(f64, Means)],
+) -> Result<(), Box<dyn std::error::Error>> {
+    // where a source is unknown, by day, so is the sum
+    let total = |m: &Means| m.iter().sum::<f64>();
+    let known = |m: &Means| total(m).is_finite();
+    let begin = curve.iter().position(|(_, m)| known(m)).unwrap_or(0);
+    let end = curve.iter().rposition(|(_, m)| known(m)).map_or(curve.len(), |k| k + 1);
+    let curve = &curve[begin..end];
+    let most = curve.iter().map(|(_, m)| total(m)).filter(|v| v.is_finite()).fold(1e-3, f64::max);
+    let least = curve.iter().flat_map(|(_, m)| m).filter(|v| **v > 0.0).fold(most, |a, b| a.min(*b));
+    let (low, high) = (least.max(most * 1e-7) * 0.7, most * 3.0);
+    let midnight = from.mjd_utc().fract() * 24.0;
+    let hours = |point: Option<&(f64, Means)>| midnight + point.map_or(0.0, |(h, _)| *h);
+    let (first, last) = (hours(curve.first()), hours(curve.last()).max(hours(curve.first()) + 0.1));
+    let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+    root.fill(&WHITE)?;
+    let mut chart = ChartBuilder::on(&root)
+        .caption(format!("zenith over {station}, night of {}", &from.iso_utc()[..10]), ("sans-serif", 20))
+        .margin_right(24)
+        .margin_top(8)
+        .x_label_area_size(44)
+        .y_label_area_size(84)
+        .build_cartesian_2d(first..last, (low..high).log_scale())?;
+    let clock = |h: &f64| {
+        let minutes = (h * 60.0).round() as i64;
+        format!("{:02}:{:02}", minutes / 60 % 24, minutes % 60)
+    };
+    chart
+        .configure_mesh()
+        .light_line_style(TRANSPARENT)
+        .bold_line_style(BLACK.mix(0.12))
+        .x_labels(13)
+        .x_desc("UTC")
+        .y_desc("e-/px/s")
+        .x_label_formatter(&clock)
+        .y_label_formatter(&|v: &f64| {
+            if (0.01..10_000.0).contains(v) { format!("{v}") } else { format!("{v:.0e}") }
+        })
+        .label_style(("sans-serif", 14))
+        .draw()?;
+    let parts = |value: &dyn Fn(&Means) -> f64| {
+        let mut parts = vec![Vec::new()];
+        for (hours, means) in curve {
+            let v = value(means);
+            if v >= low {
+                if let Some(part) = parts.last_mut() {
+                    part.push((midnight + hours, v));
+                }
+            } else {
+                parts.push(Vec::new());
+            }
+        }
+        parts.retain(|part: &Vec<_>| part.len() > 1);
+        parts
+    };
+    let mut place = 0;
+    let mut line = |name: &str, colour: RGBColor, width: u32, value: &dyn Fn(&Means) -> f64| {
+        let own = parts(value);
+        if own.is_empty() {
+            return Ok::<_, Box<dyn std::error::Error>>(());
+        }
+        for part in own {
+            chart.draw_series(LineSeries::new(part, colour.stroke_width(width)))?;
+        }
+        let at = (110 + 150 * place, 44);
+        root.draw(&PathElement::new(vec![(at.0, at.1 + 7), (at.0 + 24, at.1 + 7)], colour.stroke_width(width)))?;
+        root.draw(&Text::new(name.to_owned(), (at.0 + 30, at.1), ("sans-serif", 14)))?;
+        place += 1;
+        Ok(())
+    };
+    line("all sources", BLACK, 3, &total)?;
+    for k in 0..SOURCES {
+        line(NAMES[k], COLOURS[k], 2, &|m: &Means| m[k])?;
+    }
+    Ok(root.present()?)
+}
