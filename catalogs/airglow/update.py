@@ -40,17 +40,17 @@ LINES = [
     ("O2 0-1 P", 864.9, 871.5, 195, 94, 0.1904, 6.265e-3, 129),
 ]
 # wavelength [nm], continuum [R/nm] at F10.7 = 129 sfu
-RED_CONTINUUM = [
-    (650, 4.6), (700, 5.4), (767, 7.0), (820, 11.0), (872, 16.0), (1032, 22.7), (1082, 27.6), (1124, 16.2),
-]  # fmt: skip
+# up to 767 nm Noll et al. 2012; beyond, theirs holds what is left of the lines: instead the floor between the lines of the
+# UVES sky atlas on the scale of a mean night (10 R/nm), less zodiacal light and stars (3 R/nm)
+RED_CONTINUUM = [(650, 4.6), (700, 5.4), (767, 7.0), (900, 7.0), (1124, 8.0)]
 
 
 def continuum(source):
     rows = [line.split(",") for line in source.read_text().splitlines() if line[:1].isdigit()]
     head = """# Airglow continuum at the zenith without atmosphere, by emitter; rayleigh per nm.
 # Source: PALACE v1.0 (Noll et al. 2025, Geosci. Model Dev. 18, 4353; Zenodo 14064023, CC BY 4.0), reference state at Cerro Paranal,
-# F10.7 = 100 sfu, 300-650 nm. red: 650-1124 nm, F10.7 = 129 sfu, the continuum of Noll et al. 2012, A&A 543, A92 (ESTIMATE beyond
-# 900 nm: their errors are 20 to 45 %), joined to the sum of the others at 650 nm.
+# F10.7 = 100 sfu, 300-650 nm. red: 650-1124 nm, F10.7 = 129 sfu, the continuum of Noll et al. 2012, A&A 543, A92, to 767 nm, joined
+# to the sum of the others at 650 nm; beyond, an ESTIMATE (30 %) from the floor between the lines of Hanuschik 2003, A&A 407, 1157.
 # Layers: HO2 81 km, FeO 88 km, O2 94 km, red 90 km.
 wavelength_nm,HO2,FeO,O2,red
 """

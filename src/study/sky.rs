@@ -74,11 +74,12 @@ impl<'a> Sky<'a> {
         Self { simulator, response: Response::new(simulator.scene, ideal) }
     }
 
-    /// Each source towards a direction \[e-/px/s\]; all stars too faint for the eye count as starlight.
+    /// Each source towards a direction \[e-/px/s\]; starlight is that of stars fainter than `stars.limit_mag_v` where the scene
+    /// gives it, else of all too faint for the eye.
     pub fn towards(&self, now: &Circumstances, toward: &Toward) -> Means {
         let context = Context::new(self.simulator.scene, &self.response, *now, Field::point(*toward), 1.0);
         let means =
-            sky::sources(&context, &Drawn::None).into_iter().map(|source| match source.absent(&context.field) {
+            sky::sources(&context, &drawn(self.simulator)).into_iter().map(|source| match source.absent(&context.field) {
                 Some(why) if why.is_unknown() => f64::NAN,
                 Some(_) => 0.0,
                 None => source.mean(toward),
@@ -103,6 +104,11 @@ impl<'a> Sky<'a> {
         let arcsec = self.simulator.scene.telescope.plate_scale_arcsec;
         self.response.throughput.electrons_per_s(&vega, 0.0) / flux * arcsec * arcsec
     }
+}
+
+/// The stars that do not count as diffuse light.
+fn drawn(simulator: &Simulator) -> Drawn {
+    simulator.scene.stars.limit_mag_v.map_or(Drawn::None, |limit| Drawn::All { limit })
 }
 
 /// Directions spread evenly over the sky above 10 deg of elevation: azimuth and zenith distance \[rad\].
@@ -133,7 +139,7 @@ pub fn budget(simulator: &Simulator, view: &View) -> Vec<BudgetRow> {
         sky.towards(&now, &zenith).map(|mean| mag_from_flux(mean / zero))
     });
     let context = Context::new(simulator.scene, &simulator.response, now, Field::point(zenith), 1.0);
-    let sources = sky::sources(&context, &Drawn::None);
+    let sources = sky::sources(&context, &drawn(simulator));
     let row = |k: usize| {
         let verdict = sources[k].assess(&context.field);
         let why = match &verdict {
