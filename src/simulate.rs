@@ -66,7 +66,7 @@ impl<'a> Simulator<'a> {
         Ok(Self {
             scene,
             planner: Planner::new(scene)?,
-            response: Response::new(scene, Throughput::of(scene)?),
+            response: Response::new(scene, Throughput::of(scene)?)?,
             catalogue: catalogue(scene)?,
             scene_sha: scene.sha256(),
         })

@@ -76,7 +76,10 @@ fn the_sun_at_the_edges_of_the_twilight_model() {
             let twilight = &sky::sources(&context, &Drawn::None)[2];
             let mean = match twilight.absent(&context.field) {
                 Some(why) if why.is_unknown() => {
-                    assert!(zenith_deg < 95.0 || (model == "yoachim" && zenith_deg < 101.0), "{model} {zenith_deg}");
+                    assert!(
+                        zenith_deg < 95.0 || (model == "yoachim" && zenith_deg < 101.0),
+                        "{model} {zenith_deg}"
+                    );
                     continue;
                 }
                 Some(_) => 0.0,
@@ -95,13 +98,22 @@ fn places_and_moons_at_their_limits() {
     // the Moon: full and eclipsed 2018-01-31 13:30, full 2018-01-31 11, new 2018-01-17, high 2018-01-28, rising 2018-01-30 23:50
     let cases: [(&str, &[(&str, &str)]); 14] = [
         ("ecliptic pole", &[("pointing.at", "radec"), ("pointing.ra_deg", "270"), ("pointing.dec_deg", "66.56")]),
-        ("galactic centre", &[("pointing.at", "radec"), ("pointing.ra_deg", "266.4"), ("pointing.dec_deg", "-28.9")]),
+        (
+            "galactic centre",
+            &[("pointing.at", "radec"), ("pointing.ra_deg", "266.4"), ("pointing.dec_deg", "-28.9")],
+        ),
         ("celestial pole", &[("pointing.at", "radec"), ("pointing.ra_deg", "12"), ("pointing.dec_deg", "90")]),
-        ("south celestial pole", &[("pointing.at", "radec"), ("pointing.ra_deg", "12"), ("pointing.dec_deg", "-90")]),
+        (
+            "south celestial pole",
+            &[("pointing.at", "radec"), ("pointing.ra_deg", "12"), ("pointing.dec_deg", "-90")],
+        ),
         ("RA 0", &[("pointing.at", "radec"), ("pointing.ra_deg", "0"), ("pointing.dec_deg", "20")]),
         ("RA 24", &[("pointing.at", "radec"), ("pointing.ra_deg", "360"), ("pointing.dec_deg", "20")]),
         ("zenith", &[("pointing.at", "azel"), ("pointing.az_deg", "0"), ("pointing.el_deg", "90")]),
-        ("zenith distance 89.9", &[("pointing.at", "azel"), ("pointing.az_deg", "77"), ("pointing.el_deg", "0.1")]),
+        (
+            "zenith distance 89.9",
+            &[("pointing.at", "azel"), ("pointing.az_deg", "77"), ("pointing.el_deg", "0.1")],
+        ),
         ("horizon", &[("pointing.at", "azel"), ("pointing.az_deg", "200"), ("pointing.el_deg", "0")]),
         ("full Moon", &[("exposures.start", "2018-01-31T10:00:00Z")]),
         ("eclipsed Moon", &[("exposures.start", "2018-01-31T13:20:00Z")]),
@@ -170,16 +182,14 @@ fn two_models_of_moonlight_tell_the_same_story() {
         for zenith_deg in [0.0, 30.0, 60.0, 75.0] {
             let mut line = String::new();
             for off in [0.0, 45.0, 90.0, 135.0, 180.0f64] {
-                let toward =
-                    Toward::horizontal(&now.observer, moon.azimuth + off.to_radians(), f64::to_radians(zenith_deg));
+                let toward = Toward::horizontal(
+                    &now.observer,
+                    moon.azimuth + off.to_radians(),
+                    f64::to_radians(zenith_deg),
+                );
                 let mean = |simulator: &Simulator| {
-                    let context = Context::new(
-                        simulator.scene,
-                        &simulator.response,
-                        now,
-                        Field::point(toward),
-                        1.0,
-                    );
+                    let context =
+                        Context::new(simulator.scene, &simulator.response, now, Field::point(toward), 1.0);
                     sky::sources(&context, &Drawn::None)[4].mean(&toward)
                 };
                 let ratio = mean(&new) / mean(&old);

@@ -26,7 +26,7 @@ pub(super) fn sky(args: &SkyArgs, global: &Global, talk: &Talk) -> Result<(), Fa
     let simulator = Simulator::new(&scene)?;
     let view = simulator.planner.view(args.frame).map_err(SimulateError::from)?;
     let now = view.circumstances();
-    let rows = sky::budget(&simulator, &view);
+    let rows = sky::budget(&simulator, &view).map_err(SimulateError::from)?;
     let (integrals, zero_points) = (sky::integrals(&simulator), sky::zero_points(&simulator));
     let heading = format!(
         "{}, {} UTC: Sun {:.1} deg, Moon {:.1} deg, phase angle {:.0} deg",

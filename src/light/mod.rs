@@ -11,6 +11,7 @@
 //! wavelength grids. There is no scalar zero point: a magnitude means a spectrum scaled to that magnitude in
 //! Johnson V, where Vega has V = +0.03.
 
+pub mod atlas;
 pub mod atmosphere;
 pub mod colour;
 pub mod curve;

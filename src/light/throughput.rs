@@ -1,5 +1,6 @@
 //! From a spectrum to electrons: collecting area, optics, filter, detector, atmosphere.
 
+use super::atlas::AtlasError;
 use super::atmosphere::{Atmosphere, MAG_PER_DEPTH};
 use super::curve::{Curve, CurveError, quadrature};
 use super::integrand::Integrand;
@@ -20,6 +21,9 @@ pub enum ThroughputError {
         /// What is wrong.
         source: CurveError,
     },
+    /// The atlas of artificial light cannot be used.
+    #[error("station.light_atlas: {0}")]
+    Atlas(#[from] AtlasError),
     /// No light gets through.
     #[error("telescope.filter and detector.qe: together they pass no sunlight between 280 and 1100 nm")]
     Dark,

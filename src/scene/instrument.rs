@@ -32,6 +32,8 @@ pub struct Station {
     pub seeing_arcsec: f64,
     /// Artificial part of the zenith luminance, mcd/m^2; 0 = none.
     pub artificial_zenith_mcd_m2: f64,
+    /// Tile of an atlas of artificial light, or `none`.
+    pub light_atlas: Table,
     /// Towns: azimuth in degrees, share of the artificial light.
     pub light_domes: Vec<[f64; 2]>,
     /// Extinction curve: wavelength in nm, magnitudes per airmass.

@@ -37,6 +37,7 @@ pub(super) static KEYS: &[Key] = &[
     key("station.humidity", Real(0.0, 1.0), "", Is("0.5"), "relative humidity"),
     key("station.seeing_arcsec", Above(0.0, 60.0), "arcsec", Must("2.2"), "FWHM at zenith, 550 nm; the frame's is this x airmass^0.6"),
     key("station.artificial_zenith_mcd_m2", Real(0.0, 1e6), "mcd/m^2", Is("0.0"), "zenith luminance, artificial part alone; 0 = none"),
+    key("station.light_atlas", WordOrFile(&["none"], &[], "an ESRI ASCII grid of artificial zenith mcd/m^2", true), "", Is("\"none\""), "local tile of an atlas; its value at the station replaces artificial_zenith_mcd_m2"),
     key("station.light_domes", Domes, "deg, share", Is("[]"), "towns: azimuth, share of the artificial light that comes from there"),
     key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve; computed: from pressure and height"),
     key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),

@@ -24,7 +24,7 @@ macro_rules! section {
 }
 
 section!(Station "station": name latitude_deg longitude_deg height_m pressure_hpa temperature_c humidity
-    seeing_arcsec artificial_zenith_mcd_m2 light_domes extinction horizon_deg scintillation);
+    seeing_arcsec artificial_zenith_mcd_m2 light_atlas light_domes extinction horizon_deg scintillation);
 section!(Detector "detector": size_px pixel_um kind binning qe gain_e_per_adu read_noise_e dark_e_per_s
     dark_temperature_c temperature_c dark_doubling_c bias_adu bias_structure_adu full_well_e bits prnu dsnu
     hot_pixel_fraction blooming cosmic_rays_per_cm2_s cti nonlinearity overscan_px shutter_s pattern_seed);
@@ -207,6 +207,7 @@ pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String
 fn named_table<'a>(scene: &'a mut Scene, key: &str) -> Option<&'a mut Table> {
     match key {
         "station.extinction" => Some(&mut scene.station.extinction),
+        "station.light_atlas" => Some(&mut scene.station.light_atlas),
         "telescope.filter" => Some(&mut scene.telescope.filter),
         "telescope.sip" => Some(&mut scene.telescope.sip),
         "detector.qe" => Some(&mut scene.detector.qe),

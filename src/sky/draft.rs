@@ -44,7 +44,7 @@ pub struct Pollution {
 impl Pollution {
     /// The pollution of a frame.
     pub fn new(context: &Context) -> Self {
-        let total = Luminance(context.scene.station.artificial_zenith_mcd_m2 + NATURAL_MCD_M2);
+        let total = Luminance(context.response.artificial_mcd_m2 + NATURAL_MCD_M2);
         Self { zenith: dimmed(context, total.into()) }
     }
 }

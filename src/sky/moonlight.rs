@@ -24,7 +24,7 @@ use std::f64::consts::{FRAC_PI_2, PI};
 const NEAREST: f64 = 0.5 / 180.0 * PI;
 
 /// Width of the bands of wavelength \[nm\].
-const BAND_NM: f64 = 10.0;
+pub const BAND_NM: f64 = 10.0;
 
 /// Sunlight at 1 au through one instrument, in bands, with the air's optical depths.
 #[derive(Debug, Clone)]
@@ -34,6 +34,11 @@ impl Rates {
     /// The rates of an instrument.
     pub fn new(throughput: &Throughput) -> Self {
         Self::in_bands(throughput, BAND_NM)
+    }
+
+    /// Size of the bands \[bytes\].
+    pub fn bytes(&self) -> usize {
+        std::mem::size_of_val(self.0.as_slice())
     }
 
     /// The same in bands of another width; narrow ones are the reference twin.

@@ -42,7 +42,7 @@ pub fn relative(zenith_distance: f64, azimuth: f64, domes: &[[f64; 2]]) -> f64 {
 impl<'a> Pollution<'a> {
     /// The light pollution of a frame.
     pub fn new(context: &'a Context<'a>) -> Self {
-        let artificial = Luminance(context.scene.station.artificial_zenith_mcd_m2);
+        let artificial = Luminance(context.response.artificial_mcd_m2);
         Self { context, zenith_electrons: context.electrons_at_ground(artificial.into()) }
     }
 }
@@ -57,7 +57,7 @@ impl Source for Pollution<'_> {
     }
 
     fn basis(&self) -> String {
-        let luminance = self.context.scene.station.artificial_zenith_mcd_m2;
+        let luminance = self.context.response.artificial_mcd_m2;
         let domes = match self.context.scene.station.light_domes.len() {
             0 => String::new(),
             number => format!(", {number} domes"),
@@ -68,8 +68,8 @@ impl Source for Pollution<'_> {
     }
 
     fn absent(&self, _: &Field) -> Option<Why> {
-        let none = self.context.scene.station.artificial_zenith_mcd_m2 <= 0.0;
-        none.then(|| Why::NotVisible("station.artificial_zenith_mcd_m2 = 0".into()))
+        let none = self.context.response.artificial_mcd_m2 <= 0.0;
+        none.then(|| Why::NotVisible("no artificial light at the station".into()))
     }
 
     fn mean(&self, toward: &Toward) -> f64 {

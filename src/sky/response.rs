@@ -9,11 +9,12 @@
 //! ```
 
 use super::{airglow, moonlight, twilight, zodiacal};
+use crate::light::atlas;
 use crate::light::colour::StarLight;
 use crate::light::quantities::{Counted, SOLAR_W_M2};
 use crate::light::tables;
-use crate::light::throughput::Throughput;
-use crate::scene::{Scene, SkyModel};
+use crate::light::throughput::{Throughput, ThroughputError};
+use crate::scene::{Scene, SkyModel, Table};
 
 /// Rates of electrons of every kind of light through one instrument.
 #[derive(Debug, Clone)]
@@ -24,6 +25,8 @@ pub struct Response {
     pub stars: StarLight,
     /// A solar-coloured source of V = 0 measured at the ground \[e-/s\].
     pub solar_at_ground: f64,
+    /// Artificial luminance of the zenith \[mcd/m^2\]: the station's, or its atlas's.
+    pub artificial_mcd_m2: f64,
     pub(super) airglow: airglow::Rates,
     pub(super) twilight: twilight::Rates,
     pub(super) moonlight: moonlight::Rates,
@@ -43,14 +46,23 @@ pub struct Integrals {
 
 impl Response {
     /// The response of a scene's instrument to the models the scene names.
-    pub fn new(scene: &Scene, throughput: Throughput) -> Self {
+    ///
+    /// # Errors
+    /// [`ThroughputError::Atlas`] for an atlas of artificial light that cannot be used.
+    pub fn new(scene: &Scene, throughput: Throughput) -> Result<Self, ThroughputError> {
         let named = |model: &SkyModel, name: &str| *model == SkyModel::Named(name.into());
         let airglow = if named(&scene.sky.airglow, "krag") {
             airglow::Rates::krag(&throughput)
         } else {
             airglow::Rates::palace(&throughput, scene.sky.f107_sfu)
         };
-        Self {
+        let station = &scene.station;
+        let artificial_mcd_m2 = match &station.light_atlas {
+            Table::File(path) => atlas::luminance(path, station.latitude_deg, station.longitude_deg)?,
+            Table::Named(_) => station.artificial_zenith_mcd_m2,
+        };
+        Ok(Self {
+            artificial_mcd_m2,
             stars: StarLight::new(&throughput),
             solar_at_ground: throughput.electrons_per_s(&tables::solar_of_v_zero(), 0.0),
             airglow,
@@ -58,7 +70,7 @@ impl Response {
             moonlight: moonlight::Rates::new(&throughput),
             zodiacal: zodiacal::Rates::new(&throughput),
             throughput,
-        }
+        })
     }
 
     /// SINT, BINT and AINT through `airmass` airmasses of direct extinction; 0: outside the air.

@@ -2,20 +2,24 @@
 //!
 //! * `astro.*`: the geometry, in `astro_accuracy`.
 //! * `sky.nodes`: the sky's means on a grid of nodes, bilinear between them, against evaluation at the pixel.
+//! * `sky.moonlight`: scattered moonlight in bands of wavelength, against bands of 1 nm.
+//! * `light.airmass`: the rate of a solar star tabulated over airmass, against the integral over wavelength.
 //! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
 //! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
 
 use super::astro_accuracy;
 use super::errors::{Errors, row};
+use super::sky::even_directions;
 use crate::base::accuracy::AccuracyRow;
 use crate::camera::path::Path;
 use crate::camera::psf::Psf;
 use crate::camera::region::Region;
+use crate::light::tables;
 use crate::plan::PlanError;
 use crate::plan::view::View;
 use crate::simulate::{SimulateError, Simulator};
-use crate::sky::{self, field::SkyField};
+use crate::sky::{self, Source, Toward, field::SkyField, moonlight};
 use crate::stars::drawn::Drawn;
 use glam::DVec2;
 
@@ -30,6 +34,8 @@ pub fn rows(
 ) -> Result<Vec<AccuracyRow>, SimulateError> {
     let mut rows = astro_accuracy::rows(&simulator.planner, &view.mid, clock).map_err(PlanError::from)?;
     rows.extend(sky_rows(simulator, view, clock));
+    rows.extend(moonlight_rows(simulator, view, clock));
+    rows.push(airmass_row(simulator, clock));
     rows.extend(psf_rows(simulator, view, clock));
     mark_pareto(&mut rows);
     Ok(rows)
@@ -61,6 +67,48 @@ fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<
             row
         })
         .into()
+}
+
+fn moonlight_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+    if view.moon.body.horizontal.elevation <= 0.0 {
+        return Vec::new();
+    }
+    let context = simulator.sky_context(view);
+    let directions = even_directions(50);
+    let at = |(azimuth, zenith): &(f64, f64)| Toward::horizontal(&context.now.observer, *azimuth, *zenith);
+    let directions = directions.iter().map(at).collect::<Vec<_>>();
+    let means = |width_nm: f64| {
+        let rates = moonlight::Rates::in_bands(&simulator.response.throughput, width_nm);
+        let source = moonlight::Moonlight::with_rates(&context, &rates);
+        let began = clock();
+        let means = directions.iter().map(|t| source.mean(t)).collect::<Vec<_>>();
+        (means, (clock() - began) / directions.len() as f64, rates.bytes())
+    };
+    let (exact, ..) = means(1.0);
+    [5.0, 10.0, 20.0, 50.0]
+        .map(|width| {
+            let (found, took, bytes) = means(width);
+            let errors = found.iter().zip(&exact).map(|(f, e)| f / e - 1.0).collect::<Vec<_>>();
+            let setting = format!("bands of {width} nm");
+            let mut row = row("sky.moonlight", setting, &Errors::of(&errors), "relative", took, bytes);
+            row.default = width == moonlight::BAND_NM;
+            row
+        })
+        .into()
+}
+
+fn airmass_row(simulator: &Simulator, clock: &dyn Fn() -> f64) -> AccuracyRow {
+    let (throughput, solar) = (&simulator.response.throughput, tables::solar_of_v_zero());
+    let airmasses = (0..60).map(|k| 1.0 + 0.0007 * f64::from(k * k)).collect::<Vec<_>>();
+    let rate = simulator.response.stars.solar();
+    let began = clock();
+    let found = airmasses.iter().map(|x| rate.at(*x)).collect::<Vec<_>>();
+    let took = (clock() - began) / airmasses.len() as f64;
+    let errors = airmasses.iter().zip(found).map(|(x, f)| f / throughput.electrons_per_s(&solar, *x) - 1.0);
+    let errors = Errors::of(&errors.collect::<Vec<_>>());
+    let mut row = row("light.airmass", "24 nodes, 1 to 3.4 airmasses".into(), &errors, "relative", took, 24 * 8);
+    row.default = true;
+    row
 }
 
 fn psf_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {

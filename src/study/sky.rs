@@ -3,6 +3,7 @@
 use crate::astro::time::Instant;
 use crate::base::ledger::{Verdict, Why};
 use crate::base::units::mag_from_flux;
+use crate::light::throughput::ThroughputError;
 use crate::light::{colour, tables};
 use crate::plan::PlanError;
 use crate::plan::view::{Circumstances, View};
@@ -69,21 +70,25 @@ impl<'a> Sky<'a> {
     }
 
     /// Through an ideal detector behind a built-in passband.
-    pub fn in_band(simulator: &'a Simulator<'a>, band: &str) -> Self {
+    ///
+    /// # Errors
+    /// [`ThroughputError`] if the scene's tables cannot be used.
+    pub fn in_band(simulator: &'a Simulator<'a>, band: &str) -> Result<Self, ThroughputError> {
         let ideal = simulator.response.throughput.ideal(tables::passband(band));
-        Self { simulator, response: Response::new(simulator.scene, ideal) }
+        Ok(Self { simulator, response: Response::new(simulator.scene, ideal)? })
     }
 
     /// Each source towards a direction \[e-/px/s\]; starlight is that of stars fainter than `stars.limit_mag_v` where the scene
     /// gives it, else of all too faint for the eye.
     pub fn towards(&self, now: &Circumstances, toward: &Toward) -> Means {
         let context = Context::new(self.simulator.scene, &self.response, *now, Field::point(*toward), 1.0);
-        let means =
-            sky::sources(&context, &drawn(self.simulator)).into_iter().map(|source| match source.absent(&context.field) {
+        let means = sky::sources(&context, &drawn(self.simulator)).into_iter().map(|source| {
+            match source.absent(&context.field) {
                 Some(why) if why.is_unknown() => f64::NAN,
                 Some(_) => 0.0,
                 None => source.mean(toward),
-            });
+            }
+        });
         let mut all = [f64::NAN; SOURCES];
         all.iter_mut().zip(means).for_each(|(to, mean)| *to = mean);
         all
@@ -124,7 +129,10 @@ pub fn even_directions(number: usize) -> Vec<(f64, f64)> {
 }
 
 /// The budget of the sky at an exposure.
-pub fn budget(simulator: &Simulator, view: &View) -> Vec<BudgetRow> {
+///
+/// # Errors
+/// [`ThroughputError`] if the scene's tables cannot be used.
+pub fn budget(simulator: &Simulator, view: &View) -> Result<Vec<BudgetRow>, ThroughputError> {
     let now = view.circumstances();
     let own = Sky::new(simulator);
     let zenith = Toward::horizontal(&now.observer, 0.0, 0.0);
@@ -133,11 +141,12 @@ pub fn budget(simulator: &Simulator, view: &View) -> Vec<BudgetRow> {
     let up = centre.zenith_distance < FRAC_PI_2;
     let at_centre = if up { own.towards(&now, &centre) } else { [f64::NAN; SOURCES] };
     let everywhere = own.map(&now, &even_directions(600));
-    let bands = BANDS.map(|band| {
-        let sky = Sky::in_band(simulator, band);
+    let mut bands = [[f64::NAN; SOURCES]; BANDS.len()];
+    for (mags, band) in bands.iter_mut().zip(BANDS) {
+        let sky = Sky::in_band(simulator, band)?;
         let zero = sky.of_zero_mag(band);
-        sky.towards(&now, &zenith).map(|mean| mag_from_flux(mean / zero))
-    });
+        *mags = sky.towards(&now, &zenith).map(|mean| mag_from_flux(mean / zero));
+    }
     let context = Context::new(simulator.scene, &simulator.response, now, Field::point(zenith), 1.0);
     let sources = sky::sources(&context, &drawn(simulator));
     let row = |k: usize| {
@@ -160,7 +169,7 @@ pub fn budget(simulator: &Simulator, view: &View) -> Vec<BudgetRow> {
             uncertainty,
         }
     };
-    (0..SOURCES).map(row).collect()
+    Ok((0..SOURCES).map(row).collect())
 }
 
 /// Brightness of the zenith in B, V, R and I, all sources together \[mag/arcsec^2\].
