@@ -3,5 +3,6 @@
 pub mod catalogue;
 pub mod cells;
 pub mod encode;
+pub mod error;
 pub mod import;
 pub mod layout;
