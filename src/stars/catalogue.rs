@@ -19,7 +19,7 @@ use super::encode::encode;
 pub use super::error::CatalogueError;
 use super::layout::{
     Columns, DEC_UNITS, HAS_COLOUR, HAS_LISTED_MOTION, HAS_MOTION, HEAD, LISTED_AT, LISTED_ENTRY, MAGIC,
-    MOTION_UNITS, NAME_AT, NAME_BYTES, NO_COLOUR, NO_MOTION, RA_UNITS,
+    MOTION_UNITS, NAME_AT, NAME_BYTES, NO_COLOUR, NO_MOTION, RA_UNITS, i16_at, u32_at,
 };
 use crate::astro::direction;
 use glam::DVec3;
@@ -240,14 +240,6 @@ impl Catalogue {
     }
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
-}
-
-fn i16_at(bytes: &[u8], at: usize) -> i16 {
-    i16::from_le_bytes([bytes[at], bytes[at + 1]])
-}
-
 /// The first of `count` sorted places at which `below` no longer holds.
 fn first_not(count: usize, below: impl Fn(usize) -> bool) -> usize {
     let (mut low, mut high) = (0, count);
@@ -376,18 +368,28 @@ mod tests {
         assert!(empty.is_empty() && empty.cone(DVec3::X, PI, 99.0).is_empty());
     }
 
-    /// Hipparcos places of bright stars (ESA 1997), epoch J2000 to 1.2 arcsec; V to 0.25 mag of VT - 0.07.
+    /// Places at J2000.0, V, B-V and proper motions \[mas/yr\] of Hipparcos (ESA 1997).
     #[test]
     fn bright_stars_of_the_built_in_catalogue_are_where_they_should_be() {
         let catalogue = Catalogue::built_in();
-        assert_eq!(catalogue.len(), 1_871_011);
-        for (name, ra, dec, v) in
-            [("Spica", 201.298_25, -11.161_32, 0.97), ("Betelgeuse", 88.792_94, 7.407_06, 0.45)]
-        {
+        assert_eq!((catalogue.len(), catalogue.colours(), catalogue.motions()), (1_872_388, 116_469, 117_578));
+        for (name, ra, dec, v, bv, motion) in [
+            ("Sirius", 101.287_155, -16.716_116, -1.44, 0.01, [-546.0, -1223.1]),
+            ("Canopus", 95.987_958, -52.695_661, -0.62, 0.16, [20.0, 23.7]),
+            ("Vega", 279.234_735, 38.783_689, 0.03, 0.0, [201.0, 287.5]),
+            ("Polaris", 37.954_561, 89.264_109, 1.97, 0.64, [44.2, -11.7]),
+            ("Arcturus", 213.915_300, 19.182_409, -0.05, 1.24, [-1093.4, -1999.4]),
+            ("Spica", 201.298_247, -11.161_319, 0.98, -0.23, [-42.5, -31.7]),
+            ("Betelgeuse", 88.792_939, 7.407_064, 0.45, 1.50, [27.3, 10.9]),
+        ] {
             let centre = direction(f64::to_radians(ra), f64::to_radians(dec));
-            let found = catalogue.cone(centre, 1.2 * ARCSEC, 3.0);
+            let found = catalogue.cone(centre, 0.05 * ARCSEC, 3.0);
             assert_eq!(found.len(), 1, "{name}");
-            assert!((found[0].mag_v - v).abs() < 0.25, "{name} {}", found[0].mag_v);
+            let star = found[0];
+            assert!((star.mag_v - v).abs() < 0.1, "{name} {}", star.mag_v);
+            assert!((star.colour_bv.expect(name) - bv).abs() < 0.02, "{name} {:?}", star.colour_bv);
+            let found = star.motion.expect(name).map(|m| m / ARCSEC * 1e3);
+            assert!((0..2).all(|k| (found[k] - motion[k]).abs() < 2.0), "{name} {found:?}");
         }
     }
 }

@@ -83,3 +83,13 @@ impl Columns {
         Self { bands, cells, stars, band_first, cell_first, complete, ra, dec, mag, colour, motion, listed, end }
     }
 }
+
+/// The u32 that begins at byte `at`.
+pub fn u32_at(bytes: &[u8], at: usize) -> u32 {
+    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+}
+
+/// The i16 that begins at byte `at`.
+pub fn i16_at(bytes: &[u8], at: usize) -> i16 {
+    i16::from_le_bytes([bytes[at], bytes[at + 1]])
+}
