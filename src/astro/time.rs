@@ -201,6 +201,11 @@ impl Instant {
         (utc.mjd as f64, utc.fraction())
     }
 
+    /// Julian year of UTC: 2000.0 at 2000-01-01T12:00.
+    pub fn julian_year(&self) -> f64 {
+        (self.mjd_utc() - 51_544.5) / 365.25 + 2000.0
+    }
+
     /// MJD on UTC as one number; good to a microsecond.
     pub fn mjd_utc(&self) -> f64 {
         let (day, fraction) = self.utc_mjd();

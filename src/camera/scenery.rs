@@ -10,7 +10,7 @@ use super::star_limit::{Clumping, sharpness};
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::random::{Address, Stage};
 use crate::base::sample::uniform;
-use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
+use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag, mag_from_flux};
 use crate::light::tabulated::Tabulated;
 use crate::plan::view::View;
 use crate::scene::{Scene, Table};
@@ -30,7 +30,7 @@ pub struct PointSource {
     pub id: u64,
     /// Astrometric ICRS direction at mid-exposure.
     pub icrs: DVec3,
-    /// Johnson V \[mag\].
+    /// Johnson V of sunlight that gives as many electrons \[mag\].
     pub mag_v: f64,
     /// Where it moves on the frame.
     pub path: Path,
@@ -335,8 +335,11 @@ fn stars(context: &Context, view: &View, catalogue: &Catalogue, drawn: &Drawn, m
         let airmass = sky::context::toward(view, path.mid).airmass;
         let sigma = scintillation::sigma(scene, view.exposure_s, airmass);
         let twinkle = scintillation::factor(scene.seed, view.frame, id, sigma);
-        let rate = context.response.stars.at(colour_bv, airmass);
-        let electrons = rate * flux_from_mag(mag_v) * view.exposure_s * twinkle;
+        // the magnitude of sunlight that gives these electrons
+        let light = &context.response.stars;
+        let mag_v = mag_v + mag_from_flux(light.at(colour_bv, airmass) / light.solar().at(airmass));
+        let rate = light.solar().at(airmass) * flux_from_mag(mag_v);
+        let electrons = rate * view.exposure_s * twinkle;
         Some(PointSource { id, icrs, mag_v, path, electrons, coloured: colour_bv.is_some() })
     };
     if !scene.stars.enabled {
@@ -350,7 +353,7 @@ fn stars(context: &Context, view: &View, catalogue: &Catalogue, drawn: &Drawn, m
     let cone = Cone {
         centre: view.wcs.mid.centre,
         radius: 1.05 * (0.5 * size.length() + margin) * scale + drift,
-        year: (view.mid.mjd_utc() - 51_544.5) / 365.25 + 2000.0,
+        year: view.mid.julian_year(),
     };
     let field = field::stars(catalogue, drawn, &cone);
     field.into_iter().filter_map(|s| source(s.id, s.direction, s.mag_v, s.colour_bv)).collect()

@@ -215,19 +215,60 @@ pub(super) struct CatalogArgs {
 
 #[derive(Debug, Subcommand)]
 pub(super) enum CatalogAction {
-    /// Make a catalogue file (-o FILE) from an astrometry.net index such as Debian's astrometry-data-tycho2-07
-    Import(With<ImportArgs>),
+    /// Make a catalogue file (-o FILE) from a table of stars or an astrometry.net index
+    ///
+    /// A table is text with a line of names (parted by comma, semicolon, tab, bar or blanks; ECSV too) or a FITS binary
+    /// table, in degrees, magnitudes and mas/yr. Columns with the names of Gaia, Tycho-2, Hipparcos and VizieR are
+    /// recognised; others can be said. V of Gaia's and Tycho's magnitudes follows by the published relations. An index
+    /// is such as Debian's astrometry-data-tycho2-07-littleendian has.
+    Import(With<Box<ImportArgs>>),
     /// What a catalogue holds
     Info(With<InfoArgs>),
 }
 
 #[derive(Debug, Args)]
 pub(super) struct ImportArgs {
-    /// FITS index
+    /// Table of stars or FITS index
     pub file: PathBuf,
-    /// Name stored in the catalogue
-    #[arg(long, default_value = "tycho2")]
-    pub name: String,
+    /// Name stored in the catalogue, up to 24 bytes [default: "tycho2" of an index, else the file's]
+    #[arg(long)]
+    pub name: Option<String>,
+    /// Column of right ascension [deg]
+    #[arg(long, value_name = "COL", requires = "dec")]
+    pub ra: Option<String>,
+    /// Column of declination [deg]
+    #[arg(long, value_name = "COL", requires = "ra")]
+    pub dec: Option<String>,
+    /// Column of Johnson V
+    #[arg(long, value_name = "COL", conflicts_with = "g")]
+    pub mag: Option<String>,
+    /// Column of Gaia's G
+    #[arg(long, value_name = "COL")]
+    pub g: Option<String>,
+    /// Column of Gaia's BP
+    #[arg(long, value_name = "COL", requires = "rp")]
+    pub bp: Option<String>,
+    /// Column of Gaia's RP
+    #[arg(long, value_name = "COL", requires = "bp")]
+    pub rp: Option<String>,
+    /// Column of B-V
+    #[arg(long, value_name = "COL")]
+    pub bv: Option<String>,
+    /// Column of proper motion in right ascension, times cos Dec [mas/yr]
+    #[arg(long, value_name = "COL", requires = "pmdec")]
+    pub pmra: Option<String>,
+    /// Column of proper motion in declination [mas/yr]
+    #[arg(long, value_name = "COL", requires = "pmra")]
+    pub pmdec: Option<String>,
+    /// Julian year of the places [default: the column ref_epoch, else that of the catalogue whose names the columns have]
+    #[arg(long, value_name = "YEAR", value_parser = julian_year)]
+    pub epoch: Option<f64>,
+    /// V to which the table is complete where it has stars [default: where its counts turn over]
+    #[arg(long, value_name = "MAG", allow_hyphen_values = true, value_parser = completeness)]
+    pub complete_to: Option<f64>,
+    /// Table of stars whose colours and motions the catalogue takes over, and those of them that it lacks
+    #[arg(long, value_name = "FILE")]
+    pub supplement: Option<PathBuf>,
 }
 
 #[derive(Debug, Args)]
@@ -241,4 +282,17 @@ fn key_value(text: &str) -> Result<(String, String), String> {
         Some((key, value)) if !key.trim().is_empty() => Ok((key.trim().to_owned(), value.trim().to_owned())),
         _ => Err(format!("{text:?} is not KEY=VALUE")),
     }
+}
+
+fn julian_year(text: &str) -> Result<f64, String> {
+    number_within(text, crate::stars::listing::YEARS)
+}
+
+fn completeness(text: &str) -> Result<f64, String> {
+    number_within(text, [crate::stars::completeness::NOWHERE, 32.0])
+}
+
+fn number_within(text: &str, [low, high]: [f64; 2]) -> Result<f64, String> {
+    let found = text.parse::<f64>().map_err(|_| "no number".to_owned())?;
+    if (low..=high).contains(&found) { Ok(found) } else { Err(format!("{found} is outside {low} .. {high}")) }
 }

@@ -78,7 +78,12 @@ fn ozone() -> Curve {
 impl Atmosphere {
     /// The air above `station`, with its extinction curve \[mag/airmass\].
     pub fn new(station: &Station, extinction: Curve) -> Self {
-        Self { extinction, ozone: ozone(), pressure_hpa: pressure(station) }
+        Self::over(pressure(station), extinction)
+    }
+
+    /// The air of a pressure at the ground, with its extinction curve \[mag/airmass\].
+    pub fn over(pressure_hpa: f64, extinction: Curve) -> Self {
+        Self { extinction, ozone: ozone(), pressure_hpa }
     }
 
     /// The curve built from pressure, ozone and the aerosol of the station's height \[mag/airmass\].

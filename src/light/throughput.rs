@@ -70,10 +70,19 @@ impl Throughput {
         }
     }
 
-    /// The same telescope, detector and atmosphere with another filter.
-    #[must_use]
-    pub fn with_filter(&self, filter: Curve) -> Self {
-        Self { filter, ..self.clone() }
+    /// A typical instrument behind a built-in filter (none for another name): 1 m^2, the KAF-16803 estimate, Kitt Peak air. It
+    /// serves colours, not rates.
+    pub fn typical(filter: &str) -> Self {
+        let named = |kind, name: &str| {
+            tables::curve(kind, &Table::Named(name.into())).unwrap_or_else(|_| Curve::constant(1.0))
+        };
+        Self {
+            area_m2: 1.0,
+            optics: 1.0,
+            filter: named(Kind::Filter, filter),
+            qe: named(Kind::Qe, "kaf16803"),
+            atmosphere: Atmosphere::over(780.0, named(Kind::Extinction, "kpno")),
+        }
     }
 
     /// A detector of QE 1 and 1 m^2 behind a passband, under the same air: for photon rates and magnitudes in that band.

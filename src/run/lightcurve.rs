@@ -4,7 +4,10 @@
 
 use super::RunError;
 use crate::base::table::Table;
-use crate::io::image::Image;
+use crate::base::units::mag_from_flux;
+use crate::io::image::{Image, keywords};
+use crate::light::colour::StarLight;
+use crate::light::throughput::Throughput;
 use crate::photometry::{
     FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
 };
@@ -12,7 +15,7 @@ use crate::plan::planner::Planner;
 use crate::plan::view::View;
 use crate::scene::Scene;
 use crate::simulate::SimulateError;
-use crate::stars::catalogue::Catalogue;
+use crate::stars::catalogue::{Catalogue, moved};
 use glam::DVec2;
 use rayon::prelude::*;
 use std::path::PathBuf;
@@ -60,12 +63,13 @@ pub fn settings(scene: &Scene) -> Settings {
 /// [`RunError`] for frames that cannot be read or lack an essential keyword.
 pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     let planner = job.scene.map(Planner::new).transpose().map_err(SimulateError::from)?;
+    let light = star_light(job)?;
     let per_frame = job
         .frames
         .par_iter()
         .map(|path| {
             let frame = Frame::from_image(Image::read(path)?)?;
-            let rows = measure_frame(&frame, job, planner.as_ref());
+            let rows = measure_frame(&frame, job, planner.as_ref(), &light);
             (job.done)();
             rows
         })
@@ -84,8 +88,26 @@ const SAME_TIME_S: f64 = 0.5;
 
 type Row = (Measurement, Option<Geometry>);
 
-fn measure_frame(frame: &Frame, job: &Job, planner: Option<&Planner>) -> Result<Vec<Row>, RunError> {
-    let stars = field_stars(frame, job.catalogue);
+/// How much light the instrument makes of a star's colour: the scene's instrument, else a typical one behind the filter that
+/// the first frame names.
+fn star_light(job: &Job) -> Result<StarLight, RunError> {
+    let throughput = match (job.scene, job.frames.first()) {
+        (Some(scene), _) => Throughput::of(scene).map_err(SimulateError::from)?,
+        (None, first) => {
+            let keywords = first.map(|path| keywords(path)).transpose()?;
+            Throughput::typical(keywords.and_then(|k| k.text("FILTER")).as_deref().unwrap_or("none"))
+        }
+    };
+    Ok(StarLight::new(&throughput))
+}
+
+fn measure_frame(
+    frame: &Frame,
+    job: &Job,
+    planner: Option<&Planner>,
+    light: &StarLight,
+) -> Result<Vec<Row>, RunError> {
+    let stars = field_stars(frame, job.catalogue, light);
     let Some((planner, scene)) = planner.zip(job.scene) else {
         return Ok(vec![(measure(frame, &stars, &job.place, DVec2::ZERO, &job.settings), None)]);
     };
@@ -128,17 +150,22 @@ fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View
     Ok(view)
 }
 
-/// Catalogue stars that can be on the frame.
-fn field_stars(frame: &Frame, catalogue: &Catalogue) -> Vec<FieldStar> {
+/// Catalogue stars that can be on the frame, at their places of its time. Magnitudes are those of sunlight that gives as many
+/// electrons, the light curve's own scale.
+fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight) -> Vec<FieldStar> {
     let size = DVec2::new(frame.width as f64, frame.height as f64);
     let centre = frame.wcs.sky((size - 1.0) / 2.0);
     let radius = [DVec2::ZERO, size, DVec2::new(size.x, 0.0), DVec2::new(0.0, size.y)]
         .map(|corner| crate::astro::separation(frame.wcs.sky(corner), centre))
         .into_iter()
         .fold(0.0, f64::max);
-    catalogue
-        .cone(centre, 1.1 * radius, f64::INFINITY)
-        .iter()
-        .map(|s| FieldStar { direction: s.direction, mag_v: s.mag_v })
-        .collect()
+    let years = frame.time.julian_year() - catalogue.epoch();
+    let star = |s: &crate::stars::catalogue::CatalogueStar| {
+        let colour = light.at(s.colour_bv, TYPICAL_AIRMASS) / light.solar().at(TYPICAL_AIRMASS);
+        FieldStar { direction: moved(s, years), mag_v: s.mag_v + mag_from_flux(colour) }
+    };
+    catalogue.cone(centre, 1.1 * radius, f64::INFINITY).iter().map(star).collect()
 }
+
+/// Airmass of the colour term: it changes by a few thousandths of a magnitude an airmass.
+const TYPICAL_AIRMASS: f64 = 1.3;

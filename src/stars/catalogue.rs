@@ -1,21 +1,28 @@
 //! The star catalogue: a compact file, indexed by cells of the sky, read in place.
 //!
 //! Layout (little-endian). Head of 64 bytes: magic `NGSTARS1`, number of bands u32, number of cells u32, number of
-//! stars u32, column bits u32 (1 = colour B-V, 2 = proper motion), epoch of the places f64 (Julian year), name in
-//! 24 bytes. Then the columns, one after the other:
+//! stars u32, column bits u32 (1 = colour B-V, 2 = column of proper motions, 4 = list of proper motions), epoch of the
+//! places f64 (Julian year), name in 24 bytes, entries of the list of motions u32. Then the columns, one after the other:
 //! * first cell of each declination band, u32, bands + 1 values;
 //! * first star of each cell, u32, cells + 1 values;
 //! * magnitude to which each cell is complete, i16 millimagnitudes;
 //! * right ascension u32 (2^32 = 360 deg, 0.3 mas), declination i32 (2^31 = 90 deg... 0.15 mas), V i16 (mmag);
-//! * if present: B-V i16 (mmag); proper motion in RA (times cos Dec) and Dec, i32 (0.01 mas/yr).
+//! * if present: B-V i16 (mmag; -32768: not known); proper motion in RA (times cos Dec) and Dec, 2 x i32
+//!   (0.01 mas/yr; -2147483648: not known), of every star; or a list of motions, each the star's number u32 and the
+//!   two numbers, in ascending order of stars.
 //!
 //! Bands are one degree of declination; a band is cut into equal cells of about one degree in right ascension.
 //! Stars of a cell are sorted from bright to faint, so that a query stops at its limiting magnitude.
 
-use super::cells::{BANDS, band_of, cells_before, cells_in};
+use super::cells::{self, BANDS, cells_before};
 use super::encode::encode;
-use super::layout::{DEC_UNITS, HAS_COLOUR, HAS_MOTION, HEAD, MAGIC, RA_UNITS};
-use crate::astro::{angles, direction};
+pub use super::error::CatalogueError;
+use super::layout::{
+    Columns, DEC_UNITS, HAS_COLOUR, HAS_LISTED_MOTION, HAS_MOTION, HEAD, LISTED_AT, LISTED_ENTRY, MAGIC,
+    MOTION_UNITS, NAME_AT, NAME_BYTES, NO_COLOUR, NO_MOTION, RA_UNITS, i16_at, u32_at,
+};
+use crate::astro::direction;
+use crate::plan::wcs::east_north;
 use glam::DVec3;
 use std::borrow::Cow;
 use std::f64::consts::{PI, TAU};
@@ -39,71 +46,11 @@ pub struct CatalogueStar {
     pub motion: Option<[f64; 2]>,
 }
 
-/// What can be wrong with a catalogue file.
-#[derive(Debug, thiserror::Error)]
-pub enum CatalogueError {
-    /// It cannot be read.
-    #[error("{path}: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// What the file system says.
-        source: std::io::Error,
-    },
-    /// It is no catalogue of ours.
-    #[error("{path}: {reason}")]
-    Format {
-        /// The file.
-        path: String,
-        /// What is wrong.
-        reason: String,
-    },
-}
-
 /// A catalogue, read in place.
 #[derive(Debug, Clone)]
 pub struct Catalogue {
     bytes: Cow<'static, [u8]>,
     columns: Columns,
-}
-
-/// Where each column begins in the file.
-#[derive(Debug, Clone, Copy)]
-struct Columns {
-    bands: usize,
-    cells: usize,
-    stars: usize,
-    band_first: usize,
-    cell_first: usize,
-    complete: usize,
-    ra: usize,
-    dec: usize,
-    mag: usize,
-    colour: Option<usize>,
-    motion: Option<usize>,
-    end: usize,
-}
-
-impl Columns {
-    fn new(bands: usize, cells: usize, stars: usize, bits: u32) -> Self {
-        let band_first = HEAD;
-        let cell_first = band_first + 4 * (bands + 1);
-        let complete = cell_first + 4 * (cells + 1);
-        let ra = complete + 2 * cells;
-        let dec = ra + 4 * stars;
-        let mag = dec + 4 * stars;
-        let mut end = mag + 2 * stars;
-        let mut optional = |bit: u32, size: usize| {
-            (bits & bit != 0).then(|| {
-                let at = end;
-                end += size * stars;
-                at
-            })
-        };
-        let colour = optional(HAS_COLOUR, 2);
-        let motion = optional(HAS_MOTION, 8);
-        Self { bands, cells, stars, band_first, cell_first, complete, ra, dec, mag, colour, motion, end }
-    }
 }
 
 impl Catalogue {
@@ -115,7 +62,7 @@ impl Catalogue {
     /// A catalogue without stars.
     pub fn empty() -> Self {
         let bytes = encode("none", 2000.0, &[], |_| f64::INFINITY);
-        let columns = Columns::new(BANDS, cells_before(BANDS), 0, 0);
+        let columns = Columns::new([BANDS, cells_before(BANDS), 0, 0], 0);
         Self { bytes: Cow::Owned(bytes), columns }
     }
 
@@ -138,8 +85,11 @@ impl Catalogue {
         if bytes.len() < HEAD || &bytes[..8] != MAGIC {
             return Err(fault("no nightglass star catalogue; make one with `nightglass catalog import`".into()));
         }
-        let [bands, cells, stars, bits] = [8, 12, 16, 20].map(|at| u32_at(&bytes, at));
-        let columns = Columns::new(bands as usize, cells as usize, stars as usize, bits);
+        let bits = u32_at(&bytes, 20);
+        if bits & !(HAS_COLOUR | HAS_MOTION | HAS_LISTED_MOTION) != 0 {
+            return Err(fault(format!("column bits {bits}, known are 0 to 7; made by a newer version?")));
+        }
+        let columns = Columns::new([8, 12, 16, LISTED_AT].map(|at| u32_at(&bytes, at) as usize), bits);
         if columns.end != bytes.len() || columns.bands != BANDS || columns.cells != cells_before(BANDS) {
             return Err(fault(format!("{} bytes where the head announces {}", bytes.len(), columns.end)));
         }
@@ -152,6 +102,12 @@ impl Catalogue {
             || !ordered(columns.cell_first, columns.cells, columns.stars)
         {
             return Err(fault("its index is damaged".into()));
+        }
+        if let Some((at, count)) = columns.listed {
+            let star = |k: usize| u32_at(&catalogue.bytes, at + LISTED_ENTRY * k) as usize;
+            if (1..count).any(|k| star(k - 1) >= star(k)) || (count > 0 && star(count - 1) >= columns.stars) {
+                return Err(fault("its list of proper motions is damaged".into()));
+            }
         }
         Ok(catalogue)
     }
@@ -173,7 +129,7 @@ impl Catalogue {
 
     /// Name of the catalogue.
     pub fn name(&self) -> String {
-        String::from_utf8_lossy(&self.bytes[32..56]).trim_end_matches('\0').to_owned()
+        String::from_utf8_lossy(&self.bytes[NAME_AT..NAME_AT + NAME_BYTES]).trim_end_matches('\0').to_owned()
     }
 
     /// Epoch of the places (Julian year).
@@ -181,14 +137,26 @@ impl Catalogue {
         f64::from_le_bytes(std::array::from_fn(|i| self.bytes[24 + i]))
     }
 
-    /// True if the catalogue knows colours.
+    /// True if the catalogue knows the colour of any star.
     pub fn has_colour(&self) -> bool {
         self.columns.colour.is_some()
     }
 
-    /// True if the catalogue knows proper motions.
+    /// True if the catalogue knows the proper motion of any star.
     pub fn has_motion(&self) -> bool {
-        self.columns.motion.is_some()
+        self.columns.motion.is_some() || self.columns.listed.is_some()
+    }
+
+    /// Number of stars whose colour is known.
+    pub fn colours(&self) -> usize {
+        (0..self.len()).filter(|i| self.colour(*i).is_some()).count()
+    }
+
+    /// Number of stars whose proper motion is known.
+    pub fn motions(&self) -> usize {
+        self.columns
+            .listed
+            .map_or_else(|| (0..self.len()).filter(|i| self.motion(*i).is_some()).count(), |(_, count)| count)
     }
 
     /// The stars within `radius` \[rad\] of `centre`, brighter than `limit_mag_v`, in the order of the catalogue.
@@ -223,6 +191,11 @@ impl Catalogue {
         self.cell_stars(cell).map(|i| f64::from(i16_at(&self.bytes, self.columns.mag + 2 * i)) / 1000.0)
     }
 
+    /// The stars of a cell brighter than `limit_mag_v`, from bright to faint.
+    pub fn cell_stars_of(&self, cell: usize, limit_mag_v: f64) -> Vec<CatalogueStar> {
+        self.cell_stars(cell).map(|i| self.star(i)).take_while(|s| s.mag_v < limit_mag_v).collect()
+    }
+
     fn cell_stars(&self, cell: usize) -> std::ops::Range<usize> {
         let at = |i: usize| u32_at(&self.bytes, self.columns.cell_first + 4 * i) as usize;
         at(cell)..at(cell + 1)
@@ -232,45 +205,58 @@ impl Catalogue {
         let c = &self.columns;
         let ra = f64::from(u32_at(&self.bytes, c.ra + 4 * i)) / RA_UNITS * TAU;
         let dec = f64::from(u32_at(&self.bytes, c.dec + 4 * i) as i32) / DEC_UNITS * PI;
-        let motion_unit = 0.01e-3 * crate::base::units::ARCSEC;
         CatalogueStar {
             id: i as u64,
             direction: direction(ra, dec),
             mag_v: f64::from(i16_at(&self.bytes, c.mag + 2 * i)) / 1000.0,
-            colour_bv: c.colour.map(|at| f64::from(i16_at(&self.bytes, at + 2 * i)) / 1000.0),
-            motion: c.motion.map(|at| {
-                [0, 4].map(|part| f64::from(u32_at(&self.bytes, at + 8 * i + part) as i32) * motion_unit)
-            }),
+            colour_bv: self.colour(i),
+            motion: self.motion(i),
         }
     }
 
-    /// The cells that a cone can touch.
-    pub fn cells_near(&self, centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
-        let (ra, dec) = angles(centre);
-        let (low, high) = (dec - radius, dec + radius);
-        // half-width in right ascension of a cone that holds no pole (Meeus 1998, ch. 17)
-        let half = if low <= -PI / 2.0 || high >= PI / 2.0 {
-            PI
-        } else {
-            (radius.sin() / dec.cos()).clamp(-1.0, 1.0).asin().abs()
+    fn colour(&self, i: usize) -> Option<f64> {
+        let milli = i16_at(&self.bytes, self.columns.colour? + 2 * i);
+        (milli != NO_COLOUR).then(|| f64::from(milli) / 1000.0)
+    }
+
+    /// Proper motion in right ascension and declination \[rad/yr\].
+    fn motion(&self, i: usize) -> Option<[f64; 2]> {
+        let at = match (self.columns.motion, self.columns.listed) {
+            (Some(at), _) => at + 8 * i,
+            (None, Some((at, count))) => {
+                let star = |k: usize| u32_at(&self.bytes, at + LISTED_ENTRY * k) as usize;
+                let k = first_not(count, |k| star(k) < i);
+                (k < count && star(k) == i).then_some(at + LISTED_ENTRY * k + 4)?
+            }
+            (None, None) => return None,
         };
-        (band_of(low)..=band_of(high)).flat_map(move |band| {
-            let (first, count) = (cells_before(band), cells_in(band));
-            let width = TAU / count as f64;
-            let start = ((ra - half) / width).floor() as i64;
-            let stop = ((ra + half) / width).floor() as i64;
-            let number = ((stop - start + 1) as usize).min(count);
-            (0..number).map(move |k| first + (start + k as i64).rem_euclid(count as i64) as usize)
-        })
+        let parts = [at, at + 4].map(|at| u32_at(&self.bytes, at) as i32);
+        let unit = 1e-3 * crate::base::units::ARCSEC / MOTION_UNITS;
+        parts.iter().all(|p| *p != NO_MOTION).then(|| parts.map(|p| f64::from(p) * unit))
+    }
+
+    /// The cells that a cone of half-angle `radius` \[rad\] about `centre` can touch.
+    pub fn cells_near(&self, centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
+        cells::cells_near(centre, radius)
     }
 }
 
-fn u32_at(bytes: &[u8], at: usize) -> u32 {
-    u32::from_le_bytes([bytes[at], bytes[at + 1], bytes[at + 2], bytes[at + 3]])
+/// A star's direction after `years` of proper motion; radial motion and parallax are left out.
+pub fn moved(star: &CatalogueStar, years: f64) -> DVec3 {
+    star.motion.map_or(star.direction, |[ra, dec]| {
+        let (east, north) = east_north(star.direction);
+        (star.direction + (east * ra + north * dec) * years).normalize()
+    })
 }
 
-fn i16_at(bytes: &[u8], at: usize) -> i16 {
-    i16::from_le_bytes([bytes[at], bytes[at + 1]])
+/// The first of `count` sorted places at which `below` no longer holds.
+fn first_not(count: usize, below: impl Fn(usize) -> bool) -> usize {
+    let (mut low, mut high) = (0, count);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if below(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
 }
 
 #[cfg(test)]
@@ -330,15 +316,59 @@ mod tests {
         assert_eq!((catalogue.len(), catalogue.epoch(), catalogue.name().as_str()), (5, 2000.0, "small"));
     }
 
+    /// Few motions make a list, many a column; a star without colour or motion keeps none.
+    #[test]
+    fn each_star_has_its_own_colour_and_motion_or_none() {
+        for with_motion in [1, 9] {
+            let stars = (0..10).map(|i| StarRecord {
+                colour_bv: (i % 2 == 0).then_some(0.1 * f64::from(i)),
+                motion_mas_yr: (i < with_motion).then_some([f64::from(i), -0.5]),
+                ..record(40.0 + f64::from(i), -3.5, 5.0 + f64::from(i))
+            });
+            let bytes = encode("mixed", 2000.0, &stars.collect::<Vec<_>>(), |_| 11.0);
+            let catalogue = Catalogue::from_bytes(Cow::Owned(bytes), "mixed").expect("a good catalogue");
+            assert_eq!((catalogue.colours(), catalogue.motions()), (5, with_motion as usize));
+            assert!(catalogue.has_colour() && catalogue.has_motion());
+            for i in 0..10u32 {
+                let place = direction(f64::from(40 + i).to_radians(), f64::to_radians(-3.5));
+                let star = catalogue.cone(place, 0.001, 99.0)[0];
+                assert_eq!(star.colour_bv.is_some(), i % 2 == 0);
+                assert_eq!(star.motion.is_some(), (i as i32) < with_motion, "{i}");
+                let east = star.motion.map_or(0.0, |m| m[0] / ARCSEC * 1e3);
+                assert!((east - if (i as i32) < with_motion { f64::from(i) } else { 0.0 }).abs() < 1e-9);
+            }
+        }
+    }
+
+    #[test]
+    fn cells_of_a_cone_hold_its_stars() {
+        let catalogue = small();
+        let cells = catalogue.cells_near(DVec3::X, 0.01).collect::<Vec<_>>();
+        let mags = |limit: f64| {
+            let of = |cell: &usize| catalogue.cell_stars_of(*cell, limit);
+            cells.iter().flat_map(of).map(|s| s.mag_v).sum::<f64>()
+        };
+        assert_eq!((mags(99.0), mags(6.0), mags(5.0)), (11.0, 5.0, 0.0));
+        assert!(cells.iter().all(|cell| catalogue.cell_complete_to(*cell) == 11.0));
+    }
+
     #[test]
     fn damaged_files_are_refused() {
         let bytes = encode("small", 2000.0, &[record(1.0, 1.0, 5.0)], |_| 11.0);
         for broken in [bytes[..40].to_vec(), bytes[..bytes.len() - 1].to_vec(), vec![0; 200]] {
             assert!(Catalogue::from_bytes(Cow::Owned(broken), "broken").is_err());
         }
-        let mut scrambled = bytes;
-        scrambled[HEAD + 5] = 0xFF;
-        assert!(Catalogue::from_bytes(Cow::Owned(scrambled), "scrambled").is_err());
+        for at in [HEAD + 5, 20] {
+            let mut scrambled = bytes.clone();
+            scrambled[at] = 0xFF;
+            assert!(Catalogue::from_bytes(Cow::Owned(scrambled), "scrambled").is_err());
+        }
+        let still = StarRecord { motion_mas_yr: None, ..record(2.0, 1.0, 5.0) };
+        let mut list = encode("list", 2000.0, &[record(1.0, 1.0, 5.0), still], |_| 11.0);
+        let entry = list.len() - LISTED_ENTRY;
+        list[entry] = 7;
+        let told = Catalogue::from_bytes(Cow::Owned(list), "list").expect_err("a star that is not there");
+        assert!(told.to_string().contains("list of proper motions"), "{told}");
     }
 
     #[test]
@@ -347,18 +377,28 @@ mod tests {
         assert!(empty.is_empty() && empty.cone(DVec3::X, PI, 99.0).is_empty());
     }
 
-    /// Hipparcos places of bright stars (ESA 1997), epoch J2000 to 1.2 arcsec; V to 0.25 mag of VT - 0.07.
+    /// Places at J2000.0, V, B-V and proper motions \[mas/yr\] of Hipparcos (ESA 1997).
     #[test]
     fn bright_stars_of_the_built_in_catalogue_are_where_they_should_be() {
         let catalogue = Catalogue::built_in();
-        assert_eq!(catalogue.len(), 1_871_011);
-        for (name, ra, dec, v) in
-            [("Spica", 201.298_25, -11.161_32, 0.97), ("Betelgeuse", 88.792_94, 7.407_06, 0.45)]
-        {
+        assert_eq!((catalogue.len(), catalogue.colours(), catalogue.motions()), (1_872_388, 116_469, 117_578));
+        for (name, ra, dec, v, bv, motion) in [
+            ("Sirius", 101.287_155, -16.716_116, -1.44, 0.01, [-546.0, -1223.1]),
+            ("Canopus", 95.987_958, -52.695_661, -0.62, 0.16, [20.0, 23.7]),
+            ("Vega", 279.234_735, 38.783_689, 0.03, 0.0, [201.0, 287.5]),
+            ("Polaris", 37.954_561, 89.264_109, 1.97, 0.64, [44.2, -11.7]),
+            ("Arcturus", 213.915_300, 19.182_409, -0.05, 1.24, [-1093.4, -1999.4]),
+            ("Spica", 201.298_247, -11.161_319, 0.98, -0.23, [-42.5, -31.7]),
+            ("Betelgeuse", 88.792_939, 7.407_064, 0.45, 1.50, [27.3, 10.9]),
+        ] {
             let centre = direction(f64::to_radians(ra), f64::to_radians(dec));
-            let found = catalogue.cone(centre, 1.2 * ARCSEC, 3.0);
+            let found = catalogue.cone(centre, 0.05 * ARCSEC, 3.0);
             assert_eq!(found.len(), 1, "{name}");
-            assert!((found[0].mag_v - v).abs() < 0.25, "{name} {}", found[0].mag_v);
+            let star = found[0];
+            assert!((star.mag_v - v).abs() < 0.1, "{name} {}", star.mag_v);
+            assert!((star.colour_bv.expect(name) - bv).abs() < 0.02, "{name} {:?}", star.colour_bv);
+            let found = star.motion.expect(name).map(|m| m / ARCSEC * 1e3);
+            assert!((0..2).all(|k| (found[k] - motion[k]).abs() < 2.0), "{name} {found:?}");
         }
     }
 }

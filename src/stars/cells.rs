@@ -1,5 +1,7 @@
 //! Cells of the sky: bands of one degree of declination, cut into equal cells of about one degree.
 
+use crate::astro::angles;
+use glam::DVec3;
 use std::f64::consts::{PI, TAU};
 
 /// Number of declination bands.
@@ -67,6 +69,36 @@ impl Bounds {
     }
 }
 
+/// Where a cell lies.
+pub fn cell_bounds(cell: usize) -> Bounds {
+    Bounds::of(cell)
+}
+
+/// Solid angle of a cell \[sr\].
+pub fn cell_area_sr(cell: usize) -> f64 {
+    Bounds::of(cell).solid_angle()
+}
+
+/// The cells that a cone of half-angle `radius` \[rad\] about `centre` can touch.
+pub fn cells_near(centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
+    let (ra, dec) = angles(centre);
+    let (low, high) = (dec - radius, dec + radius);
+    // half-width in right ascension of a cone that holds no pole (Meeus 1998, ch. 17)
+    let half = if low <= -PI / 2.0 || high >= PI / 2.0 {
+        PI
+    } else {
+        (radius.sin() / dec.cos()).clamp(-1.0, 1.0).asin().abs()
+    };
+    (band_of(low)..=band_of(high)).flat_map(move |band| {
+        let (first, count) = (cells_before(band), cells_in(band));
+        let width = TAU / count as f64;
+        let start = ((ra - half) / width).floor() as i64;
+        let stop = ((ra + half) / width).floor() as i64;
+        let number = ((stop - start + 1) as usize).min(count);
+        (0..number).map(move |k| first + (start + k as i64).rem_euclid(count as i64) as usize)
+    })
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -82,5 +114,21 @@ mod tests {
                 assert_eq!(cell_of(ra, dec), cell);
             }
         }
+    }
+
+    #[test]
+    fn a_place_lies_within_the_bounds_of_its_cell() {
+        let mut state = 1u64;
+        let mut share = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 11) as f64 / (1u64 << 53) as f64
+        };
+        for _ in 0..2000 {
+            let (ra, dec) = (TAU * share(), (2.0 * share() - 1.0).asin());
+            let Bounds { ra: [west, east], dec: [south, north] } = cell_bounds(cell_of(ra, dec));
+            assert!((west..=east).contains(&ra) && (south..=north).contains(&dec), "{ra} {dec}");
+        }
+        let area: f64 = (0..cells_before(BANDS)).map(cell_area_sr).sum();
+        assert!((area - 4.0 * PI).abs() < 1e-10);
     }
 }

@@ -1,10 +1,9 @@
 //! The stars that a frame can see, moved to its epoch.
 
-use super::catalogue::{Catalogue, CatalogueStar};
+use super::catalogue::{Catalogue, CatalogueStar, moved};
 use super::drawn::Drawn;
 use super::synthetic;
 use crate::base::units::flux_from_mag;
-use crate::plan::wcs::east_north;
 use glam::DVec3;
 
 /// Radius of the cone in which drawn stars fainter than the completeness are averaged \[rad\]: 2 degrees.
@@ -47,12 +46,4 @@ pub fn catalogue_alone(catalogue: &Catalogue, centre: DVec3, faintest: f64) -> D
     let fainter: f64 = cone.iter().filter(|s| s.mag_v > limit).map(|s| flux_from_mag(s.mag_v - 10.0)).sum();
     let deg2 = std::f64::consts::TAU * (1.0 - AVERAGING.cos()) * super::counts::DEG2_PER_SR;
     Drawn::Catalogue { limit, faintest, fainter_s10: fainter / deg2 }
-}
-
-/// A star's direction after `years` of proper motion; radial motion and parallax are left out.
-fn moved(star: &CatalogueStar, years: f64) -> DVec3 {
-    star.motion.map_or(star.direction, |[ra, dec]| {
-        let (east, north) = east_north(star.direction);
-        (star.direction + (east * ra + north * dec) * years).normalize()
-    })
 }

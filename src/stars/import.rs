@@ -1,107 +1,155 @@
-//! Making a catalogue file from public data.
-//!
-//! Source: an index of astrometry.net in FITS, such as Debian's `astrometry-data-tycho2-07-littleendian`
-//! (Tycho-2, Hoeg et al. 2000, A&A 355, L27). Its table `kdtree_data_stars` holds three little-endian u32 a star,
-//! unit vector = u / 2147483647.5 - 1 (J2000; the supplement's brightest stars J1991.25), its column `MAG_VT` the
-//! magnitude VT. A cell of 22.5 arcmin holds its ten brightest stars and no more, so that a tenth star tells how
-//! deep its neighbourhood goes. The column `sweep` is the star's place in the order (rank in its cell, VT), as a
-//! share of all stars in 256 steps; the header card SWEEP10 counts the tenth stars, which are the last of that
-//! order. V = VT - 0.07 at mean colour.
+//! Making a catalogue file: from an index of astrometry.net or from a user's table, with a supplement if there is one.
 
-use super::catalogue::CatalogueError;
-use super::cells::cell_of;
-use super::encode::{StarRecord, encode};
-use crate::astro::angles;
-use fitsy::hdu::Hdu;
-use fitsy::{FitsError, FitsFile, header::Value};
-use glam::DVec3;
-use std::collections::HashMap;
-use std::path::Path;
+use super::columns::Choice;
+use super::completeness::completeness;
+use super::encode::encode;
+use super::error::CatalogueError;
+use super::layout::NAME_BYTES;
+use super::listing::{self, Listing};
+use super::{index, supplement};
+use std::path::{Path, PathBuf};
 
-/// V - VT at mean colour \[mag\].
-const V_MINUS_VT: f64 = -0.07;
-
-/// Where Tycho-2 itself stops being complete: 99 % at V = 11.0, 90 % at 11.5 (Hoeg et al. 2000).
-const TYCHO2_COMPLETE_V: f64 = 11.5;
-
-/// The bytes of a catalogue made from an astrometry.net index.
-///
-/// # Errors
-/// [`CatalogueError`] if the file cannot be read or lacks a table.
-pub fn from_astrometry_index(path: &Path, name: &str) -> Result<Vec<u8>, CatalogueError> {
-    let told = |e: FitsError| CatalogueError::Format { path: path.display().to_string(), reason: e.to_string() };
-    let file = FitsFile::open(path).map_err(told)?;
-    let mut tables: HashMap<String, Vec<u8>> = HashMap::new();
-    for index in 0..file.len() {
-        let Hdu::BinTable(table) = file.hdu(index).map_err(told)? else { continue };
-        let Some(column) = table.columns().first().map(|c| c.name.clone()) else { continue };
-        if ["kdtree_data_stars", "sweep", "MAG_VT"].contains(&column.as_str()) {
-            tables.insert(column, table.data_bytes().to_vec());
-        }
-    }
-    let table = |column: &str| {
-        tables.get(column).ok_or_else(|| CatalogueError::Format {
-            path: path.display().to_string(),
-            reason: format!("no table {column}"),
-        })
-    };
-    let (places, sweeps, mags) = (table("kdtree_data_stars")?, table("sweep")?, table("MAG_VT")?);
-    let count = sweeps.len().min(places.len() / 12).min(mags.len() / 4);
-
-    // columns of floats are big-endian, as FITS demands
-    let mag_v = (0..count)
-        .map(|i| f64::from(f32::from_be_bytes([mags[4 * i], mags[4 * i + 1], mags[4 * i + 2], mags[4 * i + 3]])))
-        .map(|mag_vt| mag_vt + V_MINUS_VT)
-        .collect::<Vec<_>>();
-    let tenth_stars = (0..file.len())
-        .filter_map(|i| file.parsed_header(i).ok()?.first("SWEEP10"))
-        .find_map(|value| if let Value::Integer(n) = value { usize::try_from(n).ok() } else { None });
-    let tenth_stars = tenth_stars.ok_or_else(|| CatalogueError::Format {
-        path: path.display().to_string(),
-        reason: "no header card SWEEP10".into(),
-    })?;
-    let is_tenth = last_of_the_sweeps(sweeps, &mag_v, tenth_stars);
-
-    let mut complete: HashMap<usize, f64> = HashMap::new();
-    let mut stars = Vec::with_capacity(count);
-    for i in 0..count {
-        let u = |axis: usize| {
-            let at = 12 * i + 4 * axis;
-            let value = u32::from_le_bytes([places[at], places[at + 1], places[at + 2], places[at + 3]]);
-            f64::from(value) / 2_147_483_647.5 - 1.0
-        };
-        let (ra, dec) = angles(DVec3::new(u(0), u(1), u(2)));
-        if is_tenth[i] {
-            let limit = complete.entry(cell_of(ra, dec)).or_insert(TYCHO2_COMPLETE_V);
-            *limit = limit.min(mag_v[i]);
-        }
-        stars.push(StarRecord { ra, dec, mag_v: mag_v[i], colour_bv: None, motion_mas_yr: None });
-    }
-    Ok(encode(name, 2000.0, &stars, |cell| complete.get(&cell).copied().unwrap_or(TYCHO2_COMPLETE_V)))
+/// What to make a catalogue of.
+#[derive(Debug, Clone, Default)]
+pub struct Request {
+    /// The index or table.
+    pub file: PathBuf,
+    /// Name to be stored; none: "tycho2" for an index, else the file's.
+    pub name: Option<String>,
+    /// Columns of a table.
+    pub choice: Choice,
+    /// Julian year of a table's places, if it does not say itself.
+    pub epoch: Option<f64>,
+    /// Magnitude to which a table is complete; none: estimated.
+    pub complete_to: Option<f64>,
+    /// A table of stars that supplement it, see [`super::supplement`].
+    pub supplement: Option<PathBuf>,
 }
 
-/// Which stars are among the last `number` in the order of the sweeps; within one step of `sweeps` the end of one
-/// sweep is faint and the beginning of the next bright.
-fn last_of_the_sweeps(sweeps: &[u8], mag_v: &[f64], number: usize) -> Vec<bool> {
-    let mut order = (0..mag_v.len()).collect::<Vec<_>>();
-    order.sort_by(|a, b| sweeps[*b].cmp(&sweeps[*a]).then(mag_v[*a].total_cmp(&mag_v[*b])));
-    let mut last = vec![false; mag_v.len()];
-    order.iter().take(number).for_each(|i| last[*i] = true);
-    last
+/// A catalogue that was made.
+#[derive(Debug, Clone)]
+pub struct Imported {
+    /// Its bytes.
+    pub bytes: Vec<u8>,
+    /// What the user should know of the making.
+    pub notes: Vec<String>,
+}
+
+/// Make a catalogue.
+///
+/// # Errors
+/// [`CatalogueError`] if a file cannot be read, is damaged, lacks a column or holds no star; if an option does not apply.
+pub fn import(request: &Request) -> Result<Imported, CatalogueError> {
+    let fault = |reason: String| CatalogueError::Format { path: request.file.display().to_string(), reason };
+    let mut notes = Vec::new();
+    let (mut stars, complete, epoch, earlier, usual_name) = match index::read(&request.file)? {
+        Some(index) => {
+            if request.choice != Choice::default() || request.epoch.is_some() || request.complete_to.is_some() {
+                return Err(fault(
+                    "an astrometry.net index says itself where columns, epoch and completeness are; only --name and \
+                     --supplement apply"
+                        .into(),
+                ));
+            }
+            let earlier = index::EPOCH - index::EPOCH_OF_BRIGHTEST;
+            (index.stars, index.complete, index::EPOCH, Some(earlier), "tycho2".to_owned())
+        }
+        None => {
+            let listing = listing::read(&request.file, &request.choice, request.epoch)?;
+            notes.extend(told(&request.file, &listing));
+            let complete = completeness(&listing.stars, request.complete_to);
+            (listing.stars, complete, listing.epoch, None, stem(&request.file))
+        }
+    };
+    if let Some(path) = &request.supplement {
+        let listing = listing::read(path, &Choice::default(), None)?;
+        notes.extend(told(path, &listing));
+        let years = epoch - listing.epoch;
+        let new = listing.stars.iter().map(|star| star.moved(years)).collect::<Vec<_>>();
+        let merged = supplement::merge(&mut stars, &new, earlier);
+        notes.push(format!(
+            "{}: {} stars found in the catalogue, {} added, {} left out beside stars of other brightness",
+            path.display(),
+            merged.matched,
+            merged.added,
+            merged.left
+        ));
+    }
+    if stars.len() > u32::MAX as usize {
+        return Err(fault(format!("{} stars; a catalogue holds up to {}", stars.len(), u32::MAX)));
+    }
+    let name = request.name.as_deref().unwrap_or(&usual_name);
+    if name.is_empty() || name.len() > NAME_BYTES {
+        return Err(fault(format!("the name {name:?} has {} bytes, 1 .. {NAME_BYTES} are allowed", name.len())));
+    }
+    let bytes = encode(name, epoch, &stars, |cell| complete[cell]);
+    Ok(Imported { bytes, notes })
+}
+
+/// What the user should know of a table that was read.
+fn told(path: &Path, listing: &Listing) -> Vec<String> {
+    let path = path.display();
+    let mut notes = vec![format!("{path}: {} stars, places taken for J{}", listing.stars.len(), listing.epoch)];
+    if let Some(why) = &listing.first_skipped {
+        let (skipped, rows) = (listing.skipped(), listing.rows);
+        notes.push(format!("{path}: skipped {skipped} of {rows} rows; the first, {why}"));
+    }
+    notes
+}
+
+/// A file's name without its ending, as much of it as fits.
+fn stem(path: &Path) -> String {
+    let stem = path.file_stem().map_or_else(String::new, |s| s.to_string_lossy().into_owned());
+    let fits = (0..=stem.len().min(NAME_BYTES)).rev().find(|n| stem.is_char_boundary(*n)).unwrap_or(0);
+    stem[..fits].to_owned()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::stars::catalogue::Catalogue;
+    use std::borrow::Cow;
 
-    #[test]
-    fn the_tenth_stars_are_the_last_and_brightest_of_their_step() {
-        let last = last_of_the_sweeps(&[0, 1, 1, 1, 2], &[5.0, 12.0, 9.0, 12.5, 11.0], 2);
-        assert_eq!(last, [false, false, true, false, true]);
+    fn request(folder: &Path, text: &str) -> Request {
+        let file = folder.join("stars.csv");
+        std::fs::write(&file, text).expect("written");
+        Request { file, ..Request::default() }
     }
 
     #[test]
-    fn a_file_that_is_no_index_is_refused() {
-        assert!(from_astrometry_index(Path::new("/nowhere.fits"), "x").is_err());
+    fn a_table_and_its_supplement_make_a_catalogue() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let base = request(folder.path(), "ra,dec,Vmag\n10,20,8\n11,20,9\n12,20,nan\n");
+        let extra = folder.path().join("extra.csv");
+        std::fs::write(&extra, "ra_deg,dec_deg,mag_v,colour_bv,pmra,pmdec\n10,20,8.1,1.2,5,6\n50,20,1,,,\n")
+            .expect("written");
+        let made = import(&Request { supplement: Some(extra), complete_to: Some(9.5), ..base }).expect("made");
+        let catalogue = Catalogue::from_bytes(Cow::Owned(made.bytes), "made").expect("whole");
+        assert_eq!((catalogue.len(), catalogue.colours(), catalogue.motions()), (3, 1, 1));
+        assert_eq!((catalogue.name().as_str(), catalogue.epoch()), ("stars", 2000.0));
+        let all = made.notes.join("\n");
+        for part in
+            ["2 stars", "skipped 1 of 3 rows; the first, line 4: V is not known", "1 stars found", "1 added"]
+        {
+            assert!(all.contains(part), "{part} in {all}");
+        }
+    }
+
+    #[test]
+    fn names_that_do_not_fit_are_refused() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let base = request(folder.path(), "ra,dec,Vmag\n10,20,8\n");
+        let long = import(&Request { name: Some("a name that is far too long".into()), ..base });
+        assert!(long.expect_err("too long").to_string().contains("1 .. 24"));
+        assert_eq!(stem(Path::new("x/a_name_that_is_far_too_löng.csv")), "a_name_that_is_far_too_l");
+    }
+
+    #[test]
+    fn what_is_no_table_is_told() {
+        let folder = tempfile::tempdir().expect("a folder");
+        let none = import(&Request { file: folder.path().join("none.csv"), ..Request::default() });
+        assert!(matches!(none, Err(CatalogueError::Io { .. })));
+        let binary = request(folder.path(), "\u{0}\u{1}\u{2}\n\u{3}");
+        assert!(import(&binary).expect_err("no table").to_string().contains("right ascension"));
     }
 }
