@@ -81,6 +81,7 @@ fn faults_of_a_table_are_exit_code_2_and_name_the_place() {
         ("ra,dec,Vmag\n1,2\n", &[], "line 2: 2 cells under 3 names"),
         ("ra,dec,Vmag\n1,99,3\n", &[], "dec = 99 is outside -90 .. 90"),
         ("", &[], "no line with the names"),
+        ("<?xml version='1.0'?>\n<VOTABLE/>\n", &[], "export it as ECSV"),
         (good, &["--mag", "magnitude"], "no column \"magnitude\""),
         (good, &["--epoch", "12"], "12 is outside 1800 .. 2200"),
         (good, &["--complete-to", "nan"], "outside -2 .. 32"),

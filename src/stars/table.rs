@@ -38,7 +38,21 @@ impl Table {
     pub fn open(path: &Path) -> Result<Self, CatalogueError> {
         let name = path.display().to_string();
         let bytes = std::fs::read(path).map_err(|source| CatalogueError::Io { path: name.clone(), source })?;
-        if bytes.starts_with(b"SIMPLE  =") { Self::of_fits(name, bytes) } else { Self::of_text(name, &bytes) }
+        let begins = |with: &[u8]| bytes.trim_ascii_start().starts_with(with);
+        if bytes.starts_with(b"SIMPLE  =") {
+            return Self::of_fits(name, bytes);
+        }
+        for (with, reason) in [
+            (&b"\x1f\x8b"[..], "compressed; unpack it with gunzip"),
+            (b"PK\x03\x04", "compressed; unpack it with unzip"),
+            (b"<?xml", "XML; a VOTable is not read, export it as ECSV, CSV or FITS"),
+            (b"<VOTABLE", "a VOTable is not read, export it as ECSV, CSV or FITS"),
+        ] {
+            if begins(with) {
+                return Err(CatalogueError::Format { path: name, reason: reason.into() });
+            }
+        }
+        Self::of_text(name, &bytes)
     }
 
     /// The table in a text.
