@@ -25,9 +25,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 /// Mean radius of the Earth \[km\].
 const EARTH_KM: f64 = 6371.0;
 
-/// Height of Krag's one layer and of the ozone \[km\].
+/// Height of Krag's one layer \[km\].
 const KRAG_KM: f64 = 90.0;
-const OZONE_KM: f64 = 25.0;
+
+/// Height of the ozone \[km\].
+pub const OZONE_KM: f64 = 25.0;
 
 /// Photons per second, square metre and steradian of one rayleigh (Hunten et al. 1956: 1e6 / 4 pi per cm^2).
 const RAYLEIGH: f64 = 1e10 / (4.0 * PI);

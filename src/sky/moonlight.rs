@@ -7,8 +7,9 @@
 //! nearer than 2 deg the aureole is uncertain by a factor of two. Uncertainty: 0.2 (Jones et al. 2013, A&A 560, A91, find
 //! such models within 20 % of spectra).
 
+use super::airglow::{OZONE_KM, van_rhijn};
 use super::moon_disc::Disc;
-use super::scattering::{Paths, Phase, multiple, single};
+use super::scattering::{Paths, Phase, radiance};
 use super::{Context, Field, Source, Toward};
 use crate::astro::moon::face;
 use crate::astro::observer::airmass;
@@ -124,10 +125,9 @@ impl Source for Moonlight<'_> {
             return 0.0;
         }
         let phase = Phase::at(separation(toward.icrs, moon.direction));
-        let paths = Paths { view: toward.airmass, lamp: self.lamp_airmass };
-        let band = |(bin, depths): &(Bin, Depths)| {
-            bin.electrons * single(bin.nm, depths, &phase, paths) * multiple(depths, paths)
-        };
+        let lamp_ozone = van_rhijn(FRAC_PI_2 - moon.horizontal.elevation, OZONE_KM);
+        let paths = Paths { view: toward.airmass, lamp: self.lamp_airmass, lamp_ozone };
+        let band = |(bin, depths): &(Bin, Depths)| bin.electrons * radiance(bin.nm, depths, &phase, paths);
         self.lamp.iter().map(band).sum::<f64>() * self.context.per_steradian()
     }
 

@@ -9,6 +9,9 @@ use glam::DVec3;
 /// Radius of the cone in which drawn stars fainter than the completeness are averaged \[rad\]: 2 degrees.
 const AVERAGING: f64 = 2.0 / 180.0 * std::f64::consts::PI;
 
+/// Largest proper motion \[rad/yr\]: Barnard's star, 10.4 arcsec.
+const FASTEST: f64 = 10.4 * crate::base::units::ARCSEC;
+
 /// The cone of the sky a frame needs, and its epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Cone {
@@ -28,10 +31,11 @@ pub fn stars(catalogue: &Catalogue, drawn: &Drawn, cone: &Cone) -> Vec<Catalogue
         Drawn::Catalogue { faintest, .. } => *faintest,
     };
     let years = cone.year - catalogue.epoch();
-    let mut stars = catalogue.cone(cone.centre, cone.radius, limit);
+    let near = |s: &CatalogueStar| crate::astro::separation(s.direction, cone.centre) <= cone.radius;
+    let mut stars = catalogue.cone(cone.centre, cone.radius + FASTEST * years.abs(), limit);
     stars.iter_mut().for_each(|star| star.direction = moved(star, years));
+    stars.retain(near);
     if matches!(drawn, Drawn::All { .. }) {
-        let near = |s: &CatalogueStar| crate::astro::separation(s.direction, cone.centre) <= cone.radius;
         for cell in catalogue.cells_near(cone.centre, cone.radius) {
             stars.extend(synthetic::stars(catalogue, cell, limit).into_iter().filter(near));
         }

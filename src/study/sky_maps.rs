@@ -76,7 +76,9 @@ fn draw(page: &mut String, name: &str, [x, y]: [f64; 2], values: &[(usize, f64)]
     let mut lit = values.iter().map(|(_, v)| *v).filter(|v| *v > 0.0).collect::<Vec<_>>();
     lit.sort_by(f64::total_cmp);
     let half = 0.5 * SIDE;
-    let [Some(low), Some(high)] = [lit.first(), lit.last()] else {
+    // the few brightest pixels, beside the Moon, would leave no colours for the rest
+    let brightest = lit.len().saturating_sub(1 + lit.len() / 200);
+    let [Some(low), Some(high)] = [lit.first(), lit.get(brightest)] else {
         let words = if values.iter().all(|(_, v)| v.is_nan()) { "outside its model" } else { "none" };
         let _ = write!(
             page,
@@ -138,8 +140,9 @@ fn draw(page: &mut String, name: &str, [x, y]: [f64; 2], values: &[(usize, f64)]
     let bottom = top + 23.0;
     let _ = write!(
         page,
-        "<text x=\"0\" y=\"{bottom}\">{}</text><text x=\"{SIDE}\" y=\"{bottom}\" text-anchor=\"end\">{} e-/px/s</text></g>",
+        "<text x=\"0\" y=\"{bottom}\">{}</text><text x=\"{SIDE}\" y=\"{bottom}\" text-anchor=\"end\">{}{} e-/px/s</text></g>",
         figure(low),
+        if lit.last().is_some_and(|most| *most > high) { "&gt; " } else { "" },
         figure(high)
     );
 }
