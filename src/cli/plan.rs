@@ -1,7 +1,7 @@
 //! `nightglass plan`.
 
 use super::args::{Global, PlanArgs};
-use super::talk::{Failure, Talk, load, print, print_json, write_new};
+use super::talk::{Failure, Talk, finite, give, load, print, print_json};
 use crate::astro::orbit::Orbit;
 use crate::astro::orbit::catalogue::Listed;
 use crate::astro::orbit::elements::MeanElements;
@@ -234,15 +234,4 @@ fn finish(name: &str, rows: &Table, global: &Global, talk: &Talk) -> Result<(), 
         (false, None) => print(&to_ecsv(rows)),
         (false, Some(_)) => Ok(()),
     }
-}
-
-fn give(dir: &Path, name: &str, text: &str, global: &Global, talk: &Talk) -> Result<(), Failure> {
-    let path = dir.join(name);
-    write_new(&path, text, global)?;
-    talk.say(&format!("wrote {}", path.display()));
-    Ok(())
-}
-
-fn finite(value: f64) -> Json {
-    serde_json::Number::from_f64(value).map_or(Json::Null, Json::Number)
 }

@@ -1,7 +1,7 @@
 //! `nightglass sky`.
 
 use super::args::{Global, SkyArgs};
-use super::talk::{Failure, Talk, load, print, print_json, write_new};
+use super::talk::{Failure, Talk, finite, give, load, print, print_json};
 use crate::base::table::Table;
 use crate::io::ecsv::to_ecsv;
 use crate::simulate::{SimulateError, Simulator};
@@ -10,7 +10,6 @@ use crate::study::sky::{self, BANDS, BudgetRow, Means, NAMES, Sky, ZeroPoint};
 use crate::study::{sky_maps, sky_night};
 use serde_json::{Value as Json, json};
 use std::fmt::Write;
-use std::path::Path;
 
 /// Steps of the night's curve.
 const STEPS: usize = 288;
@@ -139,15 +138,4 @@ fn as_text(heading: &str, rows: &[BudgetRow], integrals: &[Integrals; 2], zero_p
         let _ = writeln!(text, "{name:40} {:>12.4} {:>12.4}", z.mag_v[0], z.mag_v[1]);
     }
     text
-}
-
-fn give(dir: &Path, name: &str, text: &str, global: &Global, talk: &Talk) -> Result<(), Failure> {
-    let path = dir.join(name);
-    write_new(&path, text, global)?;
-    talk.say(&format!("wrote {}", path.display()));
-    Ok(())
-}
-
-fn finite(value: f64) -> Json {
-    serde_json::Number::from_f64(value).map_or(Json::Null, Json::Number)
 }

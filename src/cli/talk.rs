@@ -161,3 +161,16 @@ pub(super) fn clock() -> impl Fn() -> f64 {
     let began = std::time::Instant::now();
     move || began.elapsed().as_secs_f64()
 }
+
+/// Write one file of an output directory, and say so.
+pub(super) fn give(dir: &Path, name: &str, text: &str, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    let path = dir.join(name);
+    write_new(&path, text, global)?;
+    talk.say(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// A number as JSON has it: null for NaN and infinities.
+pub(super) fn finite(value: f64) -> serde_json::Value {
+    serde_json::Number::from_f64(value).map_or(serde_json::Value::Null, serde_json::Value::Number)
+}

@@ -36,51 +36,15 @@ fn secant(toward: &Toward) -> f64 {
     if toward.zenith_distance < FRAC_PI_2 { 1.0 / toward.zenith_distance.cos() } else { f64::NAN }
 }
 
-/// Pollution, eq. 7.3.
-pub struct Pollution {
+/// A zenith brightness over cos z: pollution (eq. 7.3) and twilight (eqs 7.4, 7.5).
+pub struct OverCosine {
+    name: &'static str,
+    keyword: &'static str,
+    basis: &'static str,
     zenith: f64,
 }
 
-impl Pollution {
-    /// The pollution of a frame.
-    pub fn new(context: &Context) -> Self {
-        let total = Luminance(context.response.artificial_mcd_m2 + NATURAL_MCD_M2);
-        Self { zenith: dimmed(context, total.into()) }
-    }
-}
-
-impl Source for Pollution {
-    fn name(&self) -> &'static str {
-        "sky.pollution"
-    }
-
-    fn keyword(&self) -> &'static str {
-        "SKYPOLL"
-    }
-
-    fn basis(&self) -> String {
-        "draft: artificial and natural zenith over cos z".into()
-    }
-
-    fn absent(&self, _: &Field) -> Option<Why> {
-        None
-    }
-
-    fn mean(&self, toward: &Toward) -> f64 {
-        self.zenith * secant(toward)
-    }
-
-    fn uncertainty(&self) -> f64 {
-        1.0
-    }
-}
-
-/// Twilight, eqs 7.4 and 7.5.
-pub struct Twilight {
-    zenith: f64,
-}
-
-/// V of the zenith \[mag/arcsec^2\], eq. 7.4 with its clamps.
+/// V of the twilight's zenith \[mag/arcsec^2\], eq. 7.4 with its clamps.
 fn draft_twilight(sun_zenith_deg: f64) -> f64 {
     if sun_zenith_deg > 105.0 {
         return 22.0;
@@ -89,25 +53,41 @@ fn draft_twilight(sun_zenith_deg: f64) -> f64 {
     11.84 + 1.518 * x - 0.057 * x * x
 }
 
-impl Twilight {
+impl OverCosine {
+    /// The pollution of a frame.
+    pub fn pollution(context: &Context) -> Self {
+        let total = Luminance(context.response.artificial_mcd_m2 + NATURAL_MCD_M2);
+        Self {
+            name: "sky.pollution",
+            keyword: "SKYPOLL",
+            basis: "draft: artificial and natural zenith over cos z",
+            zenith: dimmed(context, total.into()),
+        }
+    }
+
     /// The twilight of a frame.
-    pub fn new(context: &Context) -> Self {
+    pub fn twilight(context: &Context) -> Self {
         let mag = draft_twilight(90.0 - context.now.sun.horizontal.elevation.to_degrees());
-        Self { zenith: dimmed(context, MagArcsec2(mag)) }
+        Self {
+            name: "sky.twilight",
+            keyword: "SKYTWIL",
+            basis: "draft: Patat 2006 in V, 22 mag/arcsec^2 beyond 105 deg, over cos z",
+            zenith: dimmed(context, MagArcsec2(mag)),
+        }
     }
 }
 
-impl Source for Twilight {
+impl Source for OverCosine {
     fn name(&self) -> &'static str {
-        "sky.twilight"
+        self.name
     }
 
     fn keyword(&self) -> &'static str {
-        "SKYTWIL"
+        self.keyword
     }
 
     fn basis(&self) -> String {
-        "draft: Patat 2006 in V, 22 mag/arcsec^2 beyond 105 deg, over cos z".into()
+        self.basis.into()
     }
 
     fn absent(&self, _: &Field) -> Option<Why> {

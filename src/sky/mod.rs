@@ -85,11 +85,11 @@ pub fn sources<'a>(context: &'a Context<'a>, drawn: &Drawn) -> Vec<Box<dyn Sourc
     vec![
         choose(airglow, "sky.airglow", "SKYAIRG", &|_| Box::new(airglow::Airglow::new(context))),
         choose(pollution, "sky.pollution", "SKYPOLL", &|model| match model {
-            "draft" => Box::new(draft::Pollution::new(context)),
+            "draft" => Box::new(draft::OverCosine::pollution(context)),
             _ => Box::new(pollution::Pollution::new(context)),
         }),
         choose(twilight, "sky.twilight", "SKYTWIL", &|model| match model {
-            "draft" => Box::new(draft::Twilight::new(context)),
+            "draft" => Box::new(draft::OverCosine::twilight(context)),
             "yoachim" => Box::new(twilight::Twilight::yoachim(context)),
             _ => Box::new(twilight::Twilight::patat(context)),
         }),

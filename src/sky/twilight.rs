@@ -257,6 +257,23 @@ mod tests {
         }
     }
 
+    /// The constants above are those of the tables in `catalogs/twilight`.
+    #[test]
+    fn the_constants_are_the_tables() {
+        let rows = |text: &'static str| {
+            let lines = text.lines().filter(|l| !l.starts_with('#')).skip(1);
+            lines.map(|l| l.split(',').skip(1).map(|v| v.parse::<f64>().expect("a number")).collect::<Vec<_>>())
+        };
+        for (band, row) in BANDS.iter().zip(rows(include_str!("../../catalogs/twilight/patat2006.csv"))) {
+            let [a, b, c] = band.parabola;
+            assert_eq!(row, [a, b, c, band.night_mag]);
+        }
+        let fits = [CAMERA_B, CAMERA_G, CAMERA_R];
+        for (fit, row) in fits.iter().zip(rows(include_str!("../../catalogs/twilight/yoachim2016.csv"))) {
+            assert_eq!(row, [fit.r12, fit.a_dex_rad, fit.b_dex, fit.c_dex, fit.dark_mag]);
+        }
+    }
+
     #[test]
     fn the_shares_of_the_bands_sum_to_one() {
         for nm in [300.0, 440.0, 500.0, 550.0, 600.0, 700.0, 790.0, 1000.0] {
