@@ -97,7 +97,7 @@ impl Scenery {
         let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
 
         let noise = noise(&context, dark_e);
-        let drawn = drawn(&context, view, catalogue, fwhm_px, scene.accuracy.omit * noise);
+        let drawn = drawn(&context, view, catalogue, fwhm_px, noise);
         let sources = sky::sources(&context, &drawn);
         let (present, mut ledger) = sky::compose(&context, &sources, scene.accuracy.omit * noise);
         let sky_field = SkyField::new(view, scene, &present, scene.accuracy.sky, clock);
@@ -247,8 +247,8 @@ fn noise(context: &Context, dark_e: f64) -> f64 {
     (total + dark_e + context.scene.detector.read_noise_e.powi(2)).sqrt()
 }
 
-/// Which stars are drawn: down to the scene's limit, else until the clumping of the rest is below `allowed` \[e-/px\].
-fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64, allowed: f64) -> Drawn {
+/// Which stars are drawn: down to the scene's limit, else until the rest does not matter against a pixel's `noise` \[e-\].
+fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64, noise: f64) -> Drawn {
     let stars = &context.scene.stars;
     if !stars.enabled || stars.random_count > 0 || stars.catalog == Table::Named("none".into()) {
         return Drawn::None;
@@ -265,7 +265,7 @@ fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64, al
             pixel_sr: context.pixel_sr,
             sharpness: sharpness(fwhm_px, trail_px),
         };
-        clumping.limit(allowed)
+        clumping.limit(context.scene.accuracy.omit, noise)
     });
     Drawn::All { limit: limit.min(synthetic::FAINTEST) }
 }

@@ -49,7 +49,9 @@ const QE: [(&str, &str); 5] = [
 /// [`CurveError`] for an unknown name, an unreadable file or a damaged table.
 pub fn curve(kind: Kind, table: &Table) -> Result<Curve, CurveError> {
     let curve = match table {
-        Table::Named(name) if name == "none" => return Ok(Curve::constant(1.0)),
+        Table::Named(name) if name == "none" => {
+            return Ok(Curve::constant(if kind == Kind::Extinction { 0.0 } else { 1.0 }));
+        }
         Table::Named(name) => {
             let list: &[(&str, &str)] = match kind {
                 Kind::Extinction => &EXTINCTION,

@@ -38,6 +38,8 @@ pub struct Station {
     pub light_domes: Vec<[f64; 2]>,
     /// Extinction curve: wavelength in nm, magnitudes per airmass.
     pub extinction: Table,
+    /// Albedo of the ground around, 0 to 1.
+    pub ground_albedo: f64,
     /// Horizon: pairs of azimuth and lowest elevation in degrees, azimuth ascending, linear between.
     pub horizon_deg: Vec<[f64; 2]>,
     /// Whether scintillation is simulated.

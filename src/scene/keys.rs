@@ -40,6 +40,7 @@ pub(super) static KEYS: &[Key] = &[
     key("station.light_atlas", WordOrFile(&["none"], &[], "an ESRI ASCII grid of artificial zenith mcd/m^2", true), "", Is("\"none\""), "local tile of an atlas; its value at the station replaces artificial_zenith_mcd_m2"),
     key("station.light_domes", Domes, "deg, share", Is("[]"), "towns: azimuth, share of the artificial light that comes from there"),
     key("station.extinction", WordOrFile(EXTINCTION, &[], "a CSV of nm, mag/airmass", true), "", Is("\"kpno\""), "extinction curve; computed: from pressure and height"),
+    key("station.ground_albedo", Real(0.0, 1.0), "", Is("0.15"), "of the ground around: it lights the sky from below; snow 0.8"),
     key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),
     key("station.scintillation", Flag, "", Is("true"), "log-normal, one factor an object and frame (Young 1967)"),
 

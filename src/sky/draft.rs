@@ -188,9 +188,8 @@ impl Source for Moonlight<'_> {
         let mie = 75.0 * ((-rho / 15.0).exp() + 0.015 * (-(180.0 - rho) / 50.0).exp());
         let molecules =
             rayleigh(moon_zenith.to_degrees(), toward.zenith_distance.to_degrees(), apart.abs().to_degrees());
-        // tables end at the horizon
-        let up = f64::from(u8::from(moon.horizontal.elevation > 0.0));
-        self.per_radiance * self.share * self.lit * up * molecules * (1.0 + mie)
+        let fade = moonlight::fade(moonlight::elevation(self.context));
+        self.per_radiance * self.share * self.lit * fade * molecules * (1.0 + mie)
     }
 
     fn uncertainty(&self) -> f64 {

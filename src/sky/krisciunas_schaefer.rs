@@ -59,12 +59,12 @@ impl<'a> Moonlight<'a> {
     /// The moonlight of a frame.
     pub fn new(context: &'a Context<'a>) -> Self {
         let moon = &context.now.moon;
-        let lit = moonlight::lit(context);
+        let (lit, elevation) = (moonlight::lit(context), moonlight::elevation(context));
         Self {
             context,
             extinction: context.response.throughput.atmosphere.extinction().at(V_NM),
-            illuminance: lit * illuminance(moon.phase),
-            moon_airmass: scattering_airmass(FRAC_PI_2 - moon.body.horizontal.elevation),
+            illuminance: lit * moonlight::fade(elevation) * illuminance(moon.phase),
+            moon_airmass: scattering_airmass(FRAC_PI_2 - elevation),
             lit,
         }
     }
@@ -88,11 +88,7 @@ impl Source for Moonlight<'_> {
     }
 
     fn mean(&self, toward: &Toward) -> f64 {
-        let moon = &self.context.now.moon.body;
-        if moon.horizontal.elevation <= 0.0 {
-            return 0.0;
-        }
-        let rho = separation(toward.icrs, moon.direction);
+        let rho = separation(toward.icrs, self.context.now.moon.body.direction);
         let airmass = scattering_airmass(toward.zenith_distance);
         let b = nanolambert(rho, self.illuminance, self.extinction, self.moon_airmass, airmass);
         self.context.electrons_at_ground(b.into())

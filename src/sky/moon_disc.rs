@@ -77,9 +77,10 @@ impl Disc {
         let phase_deg = face.phase.to_degrees();
         let [first, last] = PHASES;
         let inside = phase_deg.clamp(first, last);
-        // the Sun's longitude belongs to the phase: beyond the model's range both are held
+        // the Sun's longitude goes with the phase: beyond the model's range both stand still
         let face_inside = if phase_deg > last {
-            MoonFace { sun_longitude: face.sun_longitude.signum() * last.to_radians(), ..*face }
+            let beyond = (phase_deg - last).to_radians();
+            MoonFace { sun_longitude: face.sun_longitude - beyond.copysign(face.sun_longitude), ..*face }
         } else {
             *face
         };
@@ -141,6 +142,13 @@ mod tests {
     #[test]
     fn the_crescent_joins_and_fades_to_nothing_new() {
         assert!((mag_v(96.999) - mag_v(97.001)).abs() < 1e-3);
+        // with libration the Sun's longitude is not the phase
+        let librating = |phase: f64| {
+            let sun_longitude = (phase - 7.6).to_radians();
+            let disc = Disc::new(&MoonFace { sun_longitude, observer_longitude: -0.13, ..face(phase) });
+            disc.relative_to_sun(550.0)
+        };
+        assert!((librating(96.999) / librating(97.001) - 1.0).abs() < 1e-3);
         for phase in [0.0, 1.0, 50.0, 97.0, 120.0, 150.0, 170.0] {
             assert!(mag_v(phase + 5.0) > mag_v(phase), "{phase}");
         }

@@ -12,9 +12,10 @@ use super::moon_disc::Disc;
 use super::scattering::{Paths, Phase, radiance};
 use super::{Context, Field, Source, Toward};
 use crate::astro::moon::face;
-use crate::astro::observer::airmass;
+use crate::astro::observer::{airmass, azimuth_elevation, enu};
 use crate::astro::{separation, shadow};
 use crate::base::ledger::Why;
+use crate::base::units::flux_from_mag;
 use crate::light::atmosphere::Depths;
 use crate::light::integrand::Bin;
 use crate::light::tables;
@@ -23,6 +24,11 @@ use std::f64::consts::{FRAC_PI_2, PI};
 
 /// Nearer to the Moon than this the frame would show the Moon itself \[rad\].
 const NEAREST: f64 = 0.5 / 180.0 * PI;
+
+/// Below the horizon the Moon still lights high air: its light fades by a magnitude a degree, about as twilight's does (from
+/// the sunset's V 7 to Patat's 11.8 mag/arcsec^2 at 5 deg), and is left out from here on \[deg\].
+const LOWEST_DEG: f64 = -6.0;
+const FADE_MAG_PER_DEG: f64 = 1.0;
 
 /// Width of the bands of wavelength \[nm\].
 pub const BAND_NM: f64 = 10.0;
@@ -54,7 +60,8 @@ pub struct Moonlight<'a> {
     context: &'a Context<'a>,
     /// Electrons per second of each band from the Moon above the air; optical depths there.
     lamp: Vec<(Bin, Depths)>,
-    lamp_airmass: f64,
+    /// Apparent elevation of the Moon, 0 below the horizon \[rad\].
+    elevation: f64,
     /// Share of the Sun's disc that the Moon sees.
     lit: f64,
 }
@@ -65,11 +72,24 @@ pub(super) fn lit(context: &Context) -> f64 {
     shadow::sunlit(position, context.now.observer.earth.sun_apparent(0.0), context.now.observer.pole)
 }
 
+/// Apparent elevation of the Moon's centre \[rad\].
+pub(super) fn elevation(context: &Context) -> f64 {
+    let place = context.now.moon.body.horizontal;
+    let airless = enu(place.azimuth, place.elevation);
+    azimuth_elevation(context.now.observer.refracted(airless)).1
+}
+
+/// Share of moonlight at this apparent elevation \[rad\] of what the Moon gives on the horizon; 1 above it.
+pub(super) fn fade(elevation: f64) -> f64 {
+    let below = -elevation.to_degrees();
+    if below > -LOWEST_DEG { 0.0 } else { flux_from_mag(FADE_MAG_PER_DEG * below.max(0.0)) }
+}
+
 /// Why scattered moonlight cannot be told for a field: no Moon up, eclipsed, or in the field itself.
 pub(super) fn absent(context: &Context, field: &Field, lit: f64) -> Option<Why> {
     let moon = &context.now.moon.body;
-    let elevation = moon.horizontal.elevation.to_degrees();
-    if elevation <= 0.0 {
+    let elevation = elevation(context).to_degrees();
+    if elevation < LOWEST_DEG {
         return Some(Why::NotVisible(format!("Moon {:.1} deg below the horizon", -elevation)));
     }
     if lit <= 0.0 {
@@ -92,12 +112,13 @@ impl<'a> Moonlight<'a> {
     pub fn with_rates(context: &'a Context<'a>, rates: &Rates) -> Self {
         let now = &context.now;
         let disc = Disc::new(&face(&now.instant, now.observer.gcrs));
-        let lit = lit(context);
+        let (lit, elevation) = (lit(context), elevation(context));
+        let dimmed = lit * fade(elevation);
         let lamp = |(bin, depths): &(Bin, Depths)| {
-            (Bin { nm: bin.nm, electrons: bin.electrons * disc.relative_to_sun(bin.nm) * lit }, *depths)
+            (Bin { nm: bin.nm, electrons: bin.electrons * disc.relative_to_sun(bin.nm) * dimmed }, *depths)
         };
         let lamp = rates.0.iter().map(lamp).collect();
-        Self { context, lamp, lamp_airmass: airmass(now.moon.body.horizontal.elevation), lit }
+        Self { context, lamp, elevation: elevation.max(0.0), lit }
     }
 }
 
@@ -120,13 +141,16 @@ impl Source for Moonlight<'_> {
     }
 
     fn mean(&self, toward: &Toward) -> f64 {
-        let moon = &self.context.now.moon.body;
-        if toward.zenith_distance > FRAC_PI_2 || moon.horizontal.elevation <= 0.0 {
+        if toward.zenith_distance > FRAC_PI_2 {
             return 0.0;
         }
-        let phase = Phase::at(separation(toward.icrs, moon.direction));
-        let lamp_ozone = van_rhijn(FRAC_PI_2 - moon.horizontal.elevation, OZONE_KM);
-        let paths = Paths { view: toward.airmass, lamp: self.lamp_airmass, lamp_ozone };
+        let phase = Phase::at(separation(toward.icrs, self.context.now.moon.body.direction));
+        let paths = Paths {
+            view: toward.airmass,
+            lamp: airmass(self.elevation),
+            lamp_ozone: van_rhijn(FRAC_PI_2 - self.elevation, OZONE_KM),
+            ground: self.context.scene.station.ground_albedo,
+        };
         let band = |(bin, depths): &(Bin, Depths)| bin.electrons * radiance(bin.nm, depths, &phase, paths);
         self.lamp.iter().map(band).sum::<f64>() * self.context.per_steradian()
     }

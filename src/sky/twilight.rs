@@ -6,7 +6,8 @@
 //! 104 deg on the excess f goes to zero as f (1 - t)^3, with the width that keeps value and slope (C1) at 104 deg and
 //! both at the end, near 107.5 deg: before the difference would turn negative or the parabola rise again.
 //!
-//! Between the bands (440, 550, 640 and 790 nm) the ratio to the Sun's spectrum is linear in wavelength, held beyond.
+//! Between 440, 550, 640 and 790 nm the ratio to the Sun's spectrum is linear in wavelength, held beyond; its four values are
+//! those that give Bessell's passbands their excesses.
 //!
 //! Direction (Yoachim et al. 2016, Proc. SPIE 9910): 10^(b (X - 1)), times 10^(c cos dAz (X - 1)) within 90 deg of the
 //! Sun's azimuth. The fits are for moderate airmasses: beyond X = 2.5 (23 deg elevation) the value there is held. `yoachim`
@@ -19,8 +20,10 @@
 use super::{Context, Field, Source, Toward};
 use crate::base::ledger::Why;
 use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
+use crate::light::curve::quadrature;
 use crate::light::tables;
 use crate::light::throughput::Throughput;
+use std::sync::LazyLock;
 
 /// A band: Patat's parabola and night, effective wavelength, Yoachim's camera band.
 #[derive(Debug, Clone, Copy)]
@@ -116,22 +119,46 @@ impl Yoachim {
     }
 }
 
-/// Electrons per second and square arcsecond of excess 1 (magnitude 0) in each band, measured at the ground.
+/// Electrons per second and square arcsecond of light of magnitude 0 at each band's wavelength, measured at the ground.
 #[derive(Debug, Clone, Copy)]
 pub struct Rates([f64; 4]);
 
 impl Rates {
     /// The rates of an instrument.
     pub fn new(throughput: &Throughput) -> Self {
-        let sun = tables::sun();
-        let integrand = throughput.integrand(&sun);
-        let rate = |k: usize| {
-            // sunlight of magnitude 0 in this band, faded to nothing at the neighbouring bands
-            let scale = flux_from_mag(-tables::magnitude(&sun, &tables::passband(BANDS[k].name)));
-            scale * integrand.through(|nm| hat(k, nm))
-        };
-        Self([0, 1, 2, 3].map(rate))
+        let integrand = throughput.integrand(&tables::solar_of_v_zero());
+        Self([0, 1, 2, 3].map(|k| integrand.through(|nm| hat(k, nm))))
     }
+}
+
+/// What each band sees of sunlight (V = 0) that is there at one band's wavelength and faded to nothing at its neighbours', in
+/// units of magnitude 0 of the band that sees: by band that sees, then wavelength.
+static SEEN: LazyLock<[[f64; 4]; 4]> = LazyLock::new(|| {
+    let sun = tables::solar_of_v_zero();
+    BANDS.map(|band| {
+        let passband = tables::passband(band.name);
+        let zero = flux_from_mag(tables::magnitude(&sun, &passband));
+        let photons = |k: Option<usize>| {
+            let share = |nm: f64| k.map_or(1.0, |k| hat(k, nm));
+            let nodes = quadrature(&[&sun, &passband]);
+            nodes.iter().map(|(nm, w)| w * nm * sun.at(*nm) * passband.at(*nm) * share(*nm)).sum::<f64>()
+        };
+        [0, 1, 2, 3].map(|k| zero * photons(Some(k)) / photons(None))
+    })
+});
+
+/// Light at the four wavelengths, in units of sunlight of V = 0, that gives the four bands these excesses (magnitude 0 = 1); none
+/// of it negative.
+fn at_wavelengths(excess: [f64; 4]) -> [f64; 4] {
+    // Gauss-Seidel: each band sees mostly its own wavelength
+    let mut light = excess.map(|_| 0.0);
+    for _ in 0..60 {
+        for (k, seen) in SEEN.iter().enumerate() {
+            let others: f64 = (0..4).filter(|j| *j != k).map(|j| seen[j] * light[j]).sum();
+            light[k] = ((excess[k] - others) / seen[k]).max(0.0);
+        }
+    }
+    light
 }
 
 /// Share of band `k` at `nm`: 1 at its own wavelength, 0 at its neighbours', linear between; the outermost are held.
@@ -177,9 +204,12 @@ impl<'a> Twilight<'a> {
     }
 
     fn electrons(context: &Context, excess: [f64; 4]) -> [f64; 4] {
-        let rates = context.response.twilight.0;
+        if excess.iter().any(|e| e.is_nan()) {
+            return [f64::NAN; 4];
+        }
+        let (rates, light) = (context.response.twilight.0, at_wavelengths(excess));
         let arcsec2 = context.per_steradian() * ARCSEC_PER_RAD * ARCSEC_PER_RAD;
-        std::array::from_fn(|k| excess[k] * rates[k] * arcsec2)
+        std::array::from_fn(|k| light[k] * rates[k] * arcsec2)
     }
 }
 
@@ -254,6 +284,21 @@ mod tests {
                 (before, slope_before) = (now, slope);
             }
             assert_eq!(f(108.3), 0.0, "{}", band.name);
+        }
+    }
+
+    /// Through Bessell's passbands the spectrum gives the four excesses over Patat's range of the Sun. Beyond, R fades before
+    /// its neighbours, whose light alone gives it more than its own excess.
+    #[test]
+    fn each_band_sees_its_own_excess() {
+        for tenth in 950..=1050 {
+            let excess = BANDS.map(|band| band.zenith_excess(f64::from(tenth) / 10.0).expect("inside"));
+            let light = at_wavelengths(excess);
+            for (k, seen) in SEEN.iter().enumerate() {
+                let got: f64 = seen.iter().zip(light).map(|(s, l)| s * l).sum();
+                let error = (got - excess[k]) / excess[k].max(flux_from_mag(25.0));
+                assert!(error.abs() < 1e-6, "{} at {tenth}: {error}", BANDS[k].name);
+            }
         }
     }
 

@@ -22,11 +22,11 @@ pub enum Drawn {
 }
 
 impl Drawn {
-    /// Where the diffuse light begins, V.
+    /// Where the diffuse light begins, V: never among the stars of the naked eye.
     pub fn limit(&self) -> f64 {
         match self {
             Self::None => NAKED_EYE,
-            Self::All { limit } | Self::Catalogue { limit, .. } => *limit,
+            Self::All { limit } | Self::Catalogue { limit, .. } => limit.max(NAKED_EYE),
         }
     }
 }

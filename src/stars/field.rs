@@ -1,7 +1,9 @@
 //! The stars that a frame can see, moved to its epoch.
 
 use super::catalogue::{Catalogue, CatalogueStar, moved};
-use super::drawn::Drawn;
+use super::cells::Bounds;
+use super::counts::DEG2_PER_SR;
+use super::drawn::{Drawn, NAKED_EYE};
 use super::synthetic;
 use crate::base::units::flux_from_mag;
 use glam::DVec3;
@@ -43,11 +45,20 @@ pub fn stars(catalogue: &Catalogue, drawn: &Drawn, cone: &Cone) -> Vec<Catalogue
     stars
 }
 
-/// What is drawn of the catalogue alone, down to V = `faintest`, about `centre`.
+/// What is drawn of the catalogue alone, down to V = `faintest`, about `centre`. Cells that the catalogue does not cover do not
+/// count: their stars are not diffuse light of the field.
 pub fn catalogue_alone(catalogue: &Catalogue, centre: DVec3, faintest: f64) -> Drawn {
-    let limit = catalogue.complete_to(centre, AVERAGING).min(faintest);
-    let cone = catalogue.cone(centre, AVERAGING, faintest);
-    let fainter: f64 = cone.iter().filter(|s| s.mag_v > limit).map(|s| flux_from_mag(s.mag_v - 10.0)).sum();
-    let deg2 = std::f64::consts::TAU * (1.0 - AVERAGING.cos()) * super::counts::DEG2_PER_SR;
-    Drawn::Catalogue { limit, faintest, fainter_s10: fainter / deg2 }
+    let covered = || {
+        let cells = catalogue.cells_near(centre, AVERAGING);
+        cells.filter(|cell| catalogue.cell_complete_to(*cell) >= NAKED_EYE)
+    };
+    let limit = covered().map(|cell| catalogue.cell_complete_to(cell)).fold(faintest, f64::min).max(NAKED_EYE);
+    let limit = if covered().next().is_none() { NAKED_EYE } else { limit };
+    let (mut light, mut deg2) = (0.0, 0.0);
+    for cell in covered() {
+        let fainter = catalogue.cell_mags(cell).filter(|m| *m >= limit && *m < faintest);
+        light += fainter.map(|m| flux_from_mag(m - 10.0)).sum::<f64>();
+        deg2 += Bounds::of(cell).solid_angle() * DEG2_PER_SR;
+    }
+    Drawn::Catalogue { limit, faintest, fainter_s10: if deg2 > 0.0 { light / deg2 } else { 0.0 } }
 }

@@ -2,7 +2,7 @@
 //!
 //! A cell of the sky and a bin of magnitude hold a Poisson number of stars, whose mean is the count of
 //! [`super::counts`] in that bin beyond the catalogue's completeness, less the stars that the thinned-out catalogue has
-//! there: filled, never doubled. Number, places and magnitudes are functions of (catalogue, cell, bin), so that the same
+//! there; where it has more, the surplus is taken off the next bin: filled, never doubled. Number, places and magnitudes are functions of (catalogue, cell, bin), so that the same
 //! sky is there every night, from every station and for every limit: a deeper limit adds stars and moves none.
 
 use super::catalogue::{Catalogue, CatalogueStar};
@@ -42,7 +42,7 @@ pub fn stars(catalogue: &Catalogue, cell: usize, limit: f64) -> Vec<CatalogueSta
     let of = |stage| Address { seed: seed(catalogue), frame: 0, stage };
     let (number, place) = (of(Stage::SyntheticCount), of(Stage::SyntheticStars));
 
-    let mut found = Vec::new();
+    let (mut found, mut surplus) = (Vec::new(), 0.0);
     let bins = ((limit.min(FAINTEST) - FIRST) / BIN).ceil().max(0.0) as u64;
     for bin in 0..bins {
         let [bright, faint] = [bin, bin + 1].map(|k| FIRST + BIN * k as f64);
@@ -51,7 +51,8 @@ pub fn stars(catalogue: &Catalogue, cell: usize, limit: f64) -> Vec<CatalogueSta
             continue;
         }
         let listed = known.iter().filter(|m| (from..faint).contains(*m)).count() as f64;
-        let mean = area * (counts.brighter_than(faint) - counts.brighter_than(from)) - listed;
+        let mean = area * (counts.brighter_than(faint) - counts.brighter_than(from)) - listed - surplus;
+        surplus = (-mean).max(0.0);
         let key = (cell as u64) << 8 | bin;
         // differential counts at both ends of the bin give its slope
         let growth = (counts.brighter_than(faint + BIN) - counts.brighter_than(faint))
