@@ -11,7 +11,9 @@
 
 pub mod detector;
 pub mod expose;
+pub mod field_stars;
 pub mod path;
+pub mod point_source;
 pub mod profile;
 pub mod psf;
 pub mod region;

@@ -1,44 +1,23 @@
 //! What a frame would hold without noise: the mean electrons of every pixel, computed for any region.
 
 use super::detector::dark;
+use super::field_stars;
 use super::path::Path;
+use super::point_source::PointSource;
 use super::profile::Profile;
 use super::psf::Psf;
 use super::region::Region;
 use super::scintillation;
-use super::star_limit::{Clumping, sharpness};
 use crate::base::ledger::{Row, Verdict, Why};
-use crate::base::random::{Address, Stage};
-use crate::base::sample::uniform;
-use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag, mag_from_flux};
+use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
 use crate::light::tabulated::Tabulated;
 use crate::plan::view::View;
-use crate::scene::{Scene, Table};
+use crate::scene::Scene;
 use crate::sky::response::Response;
 use crate::sky::{self, Context, field::SkyField};
 use crate::stars::catalogue::Catalogue;
-use crate::stars::counts::{Counts, Galactic};
 use crate::stars::drawn::Drawn;
-use crate::stars::field::{self, Cone};
-use crate::stars::synthetic;
 use glam::{DVec2, DVec3};
-
-/// Something that shines through the PSF: a star or a target.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct PointSource {
-    /// Number of the star in its catalogue, or of the target in the scene.
-    pub id: u64,
-    /// Astrometric ICRS direction at mid-exposure.
-    pub icrs: DVec3,
-    /// Johnson V of sunlight that gives as many electrons \[mag\].
-    pub mag_v: f64,
-    /// Where it moves on the frame.
-    pub path: Path,
-    /// Electrons in the exposure over an endless plane, scintillation included.
-    pub electrons: f64,
-    /// True if its colour is known; else it has the Sun's spectrum.
-    pub coloured: bool,
-}
 
 /// Mean at the frame's centre of one sky source.
 #[derive(Debug, Clone, PartialEq)]
@@ -97,7 +76,7 @@ impl Scenery {
         let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
 
         let noise = noise(&context, dark_e);
-        let drawn = drawn(&context, view, catalogue, fwhm_px, noise);
+        let drawn = field_stars::drawn(&context, view, catalogue, fwhm_px, noise);
         let sources = sky::sources(&context, &drawn);
         let (present, mut ledger) = sky::compose(&context, &sources, scene.accuracy.omit * noise);
         let sky_field = SkyField::new(view, scene, &present, scene.accuracy.sky, clock);
@@ -118,17 +97,18 @@ impl Scenery {
         let psf_ms = (clock() - began) * 1e3;
 
         let began = clock();
-        let stars = stars(&context, view, catalogue, &drawn, psf.radius() as f64);
+        let stars = field_stars::stars(&context, view, catalogue, &drawn, psf.radius() as f64);
         let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
-        let mean_light =
-            |list: &[PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / frame_pixels(scene);
+        let mean_light = |list: &[PointSource]| {
+            list.iter().map(|s| s.electrons).sum::<f64>() / field_stars::frame_pixels(scene)
+        };
         let target_verdict = if targets.iter().any(|t| t.electrons > 0.0) {
             Verdict::Needed { bound: mean_light(&targets) }
         } else {
             Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
         };
-        ledger.extend(star_rows(&context, &drawn, &stars, stars_ms));
+        ledger.extend(field_stars::rows(&context, &drawn, &stars, stars_ms));
         let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
         target.mean_e_px = mean_light(&targets);
         ledger.push(target);
@@ -229,148 +209,12 @@ fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
     format!("{name}, FWHM {seeing_arcsec:.2} arcsec, {lost:.1e} of the light outside {radius} px{more}{narrow}")
 }
 
-fn frame_pixels(scene: &Scene) -> f64 {
-    (scene.detector.size_px[0] * scene.detector.size_px[1]) as f64
-}
-
-/// The path of an astrometric direction at rest among the stars, if it is in front of the camera.
-fn star_path(view: &View, icrs: DVec3) -> Option<Path> {
-    let pixel = |wcs: &crate::plan::wcs::Wcs| wcs.pixel(icrs);
-    Some(Path { start: pixel(&view.wcs.start)?, mid: pixel(&view.wcs.mid)?, end: pixel(&view.wcs.end)? })
-}
-
 /// Noise of a pixel at the frame's centre, all stars taken as diffuse light \[e-\].
 fn noise(context: &Context, dark_e: f64) -> f64 {
     let sources = sky::sources(context, &Drawn::None);
     let present = sources.iter().filter(|s| s.assess(&context.field).is_needed());
     let total: f64 = present.map(|s| s.mean(context.field.centre())).sum();
     (total + dark_e + context.scene.detector.read_noise_e.powi(2)).sqrt()
-}
-
-/// Which stars are drawn: down to the scene's limit, else until the rest does not matter against a pixel's `noise` \[e-\].
-fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64, noise: f64) -> Drawn {
-    let stars = &context.scene.stars;
-    if !stars.enabled || stars.random_count > 0 || stars.catalog == Table::Named("none".into()) {
-        return Drawn::None;
-    }
-    let centre = view.wcs.mid.centre;
-    if !stars.synthetic {
-        return field::catalogue_alone(catalogue, centre, stars.limit_mag_v.unwrap_or(f64::INFINITY));
-    }
-    let limit = stars.limit_mag_v.unwrap_or_else(|| {
-        let trail_px = star_path(view, centre).map_or(0.0, |path| path.length());
-        let clumping = Clumping {
-            counts: Counts::at(Galactic::of(centre)),
-            star_e: context.response.stars.solar().at(view.airmass) * view.exposure_s,
-            pixel_sr: context.pixel_sr,
-            sharpness: sharpness(fwhm_px, trail_px),
-        };
-        clumping.limit(context.scene.accuracy.omit, noise)
-    });
-    Drawn::All { limit: limit.min(synthetic::FAINTEST) }
-}
-
-/// Rows of the drawn stars: of the catalogue (or benchmark), and synthetic.
-fn star_rows(context: &Context, drawn: &Drawn, stars: &[PointSource], ms: f64) -> [Row; 2] {
-    let scene = context.scene;
-    let pixels = frame_pixels(scene);
-    let (synthetic, listed): (Vec<&PointSource>, Vec<&PointSource>) =
-        stars.iter().partition(|s| s.id >= synthetic::FIRST_ID);
-    let light = |list: &[&PointSource]| list.iter().map(|s| s.electrons).sum::<f64>() / pixels;
-    let limit = drawn.limit();
-    let row = |name: &str, list: &[&PointSource], asked: bool, basis: String| {
-        let verdict = if !asked {
-            Verdict::Absent(Why::NotAsked)
-        } else if list.is_empty() {
-            Verdict::Absent(Why::NotVisible(format!("none brighter than V {limit:.2} in the field")))
-        } else {
-            Verdict::Needed { bound: light(list) }
-        };
-        let mut row = Row::new(name, &verdict, &basis);
-        if verdict.is_needed() {
-            row.mean_e_px = light(list);
-            row.ms = ms * list.len() as f64 / stars.len().max(1) as f64;
-            row.bytes = std::mem::size_of_val(list) as u64;
-        }
-        row
-    };
-    let (offset, spread) =
-        context.response.stars.error_of_solar(FIELD_BV, FIELD_BV_SIGMA, context.field.centre().airmass);
-    let unknown = format!(
-        "solar colour where unknown: {offset:+.3} mag, rms {spread:.3} mag if B-V is {FIELD_BV} +- {FIELD_BV_SIGMA}"
-    );
-    let coloured = listed.iter().filter(|s| s.coloured).count();
-    let basis = match scene.stars.random_count {
-        0 => format!("{} stars, {coloured} with known colour; {unknown}", listed.len()),
-        _ => format!("{} stars at random places, solar colour", listed.len()),
-    };
-    let counted = format!(
-        "{} stars down to V {limit:.2}, Bahcall & Soneira 1980 beyond the catalogue; solar colour",
-        synthetic.len()
-    );
-    let mut rows = [
-        row("stars.drawn", &listed, scene.stars.enabled, basis),
-        row("stars.synthetic", &synthetic, matches!(drawn, Drawn::All { .. }), counted),
-    ];
-    rows[1].uncertainty = if rows[1].is_needed() { 0.2 } else { 0.0 };
-    rows
-}
-
-/// B-V of field stars of V 7 to 9 and its spread \[mag\]: mean of 41 000 Hipparcos stars (ESA 1997).
-const FIELD_BV: f64 = 0.71;
-const FIELD_BV_SIGMA: f64 = 0.49;
-
-fn stars(context: &Context, view: &View, catalogue: &Catalogue, drawn: &Drawn, margin: f64) -> Vec<PointSource> {
-    let scene = context.scene;
-    let size = DVec2::new(scene.detector.size_px[0] as f64, scene.detector.size_px[1] as f64);
-    let touches = |path: &Path| {
-        let (low, high) = path.bounds();
-        high.cmpge(DVec2::splat(-margin)).all() && low.cmple(size + margin).all()
-    };
-    let source = |id: u64, icrs: DVec3, mag_v: f64, colour_bv: Option<f64>| {
-        let path = star_path(view, icrs)?;
-        if !touches(&path) {
-            return None;
-        }
-        let airmass = sky::context::toward(view, path.mid).airmass;
-        let sigma = scintillation::sigma(scene, view.exposure_s, airmass);
-        let twinkle = scintillation::factor(scene.seed, view.frame, id, sigma);
-        // the magnitude of sunlight that gives these electrons
-        let light = &context.response.stars;
-        let mag_v = mag_v + mag_from_flux(light.at(colour_bv, airmass) / light.solar().at(airmass));
-        let rate = light.solar().at(airmass) * flux_from_mag(mag_v);
-        let electrons = rate * view.exposure_s * twinkle;
-        Some(PointSource { id, icrs, mag_v, path, electrons, coloured: colour_bv.is_some() })
-    };
-    if !scene.stars.enabled {
-        return Vec::new();
-    }
-    if scene.stars.random_count > 0 {
-        return random_places(scene, view).filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v, None)).collect();
-    }
-    let scale = view.wcs.mid.pixel_scale();
-    let drift = view.wcs.start.centre.distance(view.wcs.end.centre);
-    let cone = Cone {
-        centre: view.wcs.mid.centre,
-        radius: 1.05 * (0.5 * size.length() + margin) * scale + drift,
-        year: view.mid.julian_year(),
-    };
-    let field = field::stars(catalogue, drawn, &cone);
-    field.into_iter().filter_map(|s| source(s.id, s.direction, s.mag_v, s.colour_bv)).collect()
-}
-
-/// Benchmark stars: uniform over the frame at mid-exposure, dN/dm ~ 10^(0.35 m).
-fn random_places(scene: &Scene, view: &View) -> impl Iterator<Item = (u64, DVec3, f64)> {
-    let address = Address { seed: scene.stars.random_seed, frame: 0, stage: Stage::RandomStars };
-    let [width, height] = scene.detector.size_px.map(|n| n as f64);
-    let [bright, faint] = scene.stars.random_mag_v.map(|m| libm::exp10(0.35 * m));
-    let wcs = view.wcs.mid;
-    (0..scene.stars.random_count as u64).map(move |id| {
-        let [x, y] = address.block(id, 0).map(uniform);
-        let u = uniform(address.block(id, 1)[0]);
-        let mag_v = libm::log10(bright + u * (faint - bright)) / 0.35;
-        (id, wcs.sky(DVec2::new(x * width - 0.5, y * height - 0.5)), mag_v)
-    })
 }
 
 fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {

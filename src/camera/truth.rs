@@ -5,8 +5,9 @@
 //! B = sum 1/v, C = sum p/v over the stamp.
 
 use super::detector::convert::Converter;
+use super::point_source::PointSource;
 use super::region::Region;
-use super::scenery::{PointSource, Scenery};
+use super::scenery::Scenery;
 use crate::astro::angles;
 use crate::base::table::{Table, Values};
 use crate::plan::view::View;

@@ -22,7 +22,12 @@ pub(super) fn catalog(action: &CatalogAction, global: &Global, talk: &Talk) -> R
             let made = import(&request(args)).map_err(SimulateError::from)?;
             made.notes.iter().for_each(|note| talk.say(note));
             atomic::write(path, &made.bytes)?;
-            talk.say(&format!("wrote {}, {:.1} MiB", path.display(), made.bytes.len() as f64 / 1_048_576.0));
+            let size = made.bytes.len();
+            talk.say(&format!("wrote {}, {:.1} MiB", path.display(), size as f64 / 1_048_576.0));
+            if global.json {
+                let row = json!({ "file": path.display().to_string(), "stars": made.stars, "epoch": made.epoch, "bytes": size });
+                return print_json(&json!({ "command": "catalog import", "rows": [row], "notes": made.notes }));
+            }
             Ok(())
         }
         CatalogAction::Info(With { args, .. }) => {

@@ -4,6 +4,7 @@ use super::args::{Global, SkyArgs};
 use super::talk::{Failure, Talk, finite, give, load, print, print_json};
 use crate::base::table::Table;
 use crate::io::ecsv::to_ecsv;
+use crate::plan::windows::nights;
 use crate::simulate::{SimulateError, Simulator};
 use crate::sky::response::Integrals;
 use crate::study::sky::{self, BANDS, BudgetRow, Means, NAMES, Sky, ZeroPoint};
@@ -36,7 +37,7 @@ pub(super) fn sky(args: &SkyArgs, global: &Global, talk: &Talk) -> Result<(), Fa
         now.moon.phase.to_degrees()
     );
     if let Some(dir) = &global.output {
-        let night = simulator.planner.night().map_err(SimulateError::from)?.span;
+        let night = nights(&now.instant, &now.instant, scene.station.longitude_deg.to_radians());
         let curve = sky::zenith_curve(&simulator, &night.start, &night.end, STEPS).map_err(SimulateError::from)?;
         let times = (0..=STEPS).map(|k| night.start.plus(k as f64 * night.seconds() / STEPS as f64).iso_utc());
         give(dir, "sky_budget.ecsv", &to_ecsv(&budget_table(&rows, &heading)), global, talk)?;
@@ -84,7 +85,7 @@ fn as_json(rows: &[BudgetRow], integrals: &[Integrals; 2], zero_points: &[ZeroPo
             "source": r.name, "why": r.why, "zenith_e_px_s": finite(r.zenith), "centre_e_px_s": finite(r.centre),
             "least_e_px_s": finite(r.range[0]), "median_e_px_s": finite(r.range[1]), "most_e_px_s": finite(r.range[2]),
             "zenith_b": finite(r.bands[0]), "zenith_v": finite(r.bands[1]),
-            "zenith_r": finite(r.bands[2]), "zenith_i": finite(r.bands[3]), "uncertainty": r.uncertainty,
+            "zenith_r": finite(r.bands[2]), "zenith_i": finite(r.bands[3]), "uncertainty": finite(r.uncertainty),
         })
     };
     let factors = |i: &Integrals| json!({ "sint": i.sint, "bint": i.bint, "aint": i.aint });
@@ -107,7 +108,11 @@ fn as_text(heading: &str, rows: &[BudgetRow], integrals: &[Integrals; 2], zero_p
         "{:10} {:>9} {:>9} {:>9} {:>9} {:>9}  {:>5} {:>5} {:>5} {:>5}  {:>5}  model",
         "source", "zenith", "centre", "least", "median", "most", BANDS[0], BANDS[1], BANDS[2], BANDS[3], "unc"
     );
-    let number = |v: f64| if v.is_finite() { format!("{v:.4}") } else { "-".into() };
+    let number = |v: f64| match v {
+        v if !v.is_finite() => "-".into(),
+        v if v == 0.0 || v.abs() >= 1e-3 => format!("{v:.4}"),
+        v => format!("{v:.2e}"),
+    };
     let mag = |v: f64| if v.is_finite() { format!("{v:.2}") } else { "-".into() };
     for r in rows {
         let [least, median, most] = r.range.map(number);
@@ -120,9 +125,10 @@ fn as_text(heading: &str, rows: &[BudgetRow], integrals: &[Integrals; 2], zero_p
             r.name, r.why
         );
     }
-    let known = |value: &dyn Fn(&BudgetRow) -> f64| rows.iter().map(value).filter(|v| v.is_finite()).sum::<f64>();
+    // where a source is unknown, so is the sum
+    let sum = |value: &dyn Fn(&BudgetRow) -> f64| rows.iter().map(value).sum::<f64>();
     let [b, v, red, i] = sky::total_bands(rows).map(mag);
-    let (zenith, centre) = (number(known(&|r| r.zenith)), number(known(&|r| r.centre)));
+    let (zenith, centre) = (number(sum(&|r| r.zenith)), number(sum(&|r| r.centre)));
     let _ = writeln!(text, "{:10} {zenith:>9} {centre:>9} {:29}  {b:>5} {v:>5} {red:>5} {i:>5}", "all", "");
     let [outside, in_air] = integrals;
     let _ = writeln!(text, "\n{:40} {:>12} {:>12}", "", "outside air", "1 airmass");

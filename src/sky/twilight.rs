@@ -245,7 +245,7 @@ impl Source for Twilight<'_> {
     }
 
     fn uncertainty(&self) -> f64 {
-        0.2
+        if self.context.field.centre().airmass > 2.0 { 0.4 } else { 0.2 }
     }
 }
 

@@ -16,8 +16,8 @@ use crate::base::units::{ARCSEC, flux_from_mag};
 use crate::light::tables;
 use crate::light::tabulated::Tabulated;
 use crate::light::throughput::Throughput;
+use crate::stars::counts::DEG2_PER_SR;
 use glam::{DMat3, DVec3};
-use std::f64::consts::PI;
 use std::sync::LazyLock;
 
 /// Mean obliquity of the ecliptic at J2000 \[rad\] (IAU 2006).
@@ -25,9 +25,6 @@ const OBLIQUITY: f64 = 84_381.406 * ARCSEC;
 
 /// Wavelength of Leinert's table \[nm\].
 const TABLE_NM: f64 = 500.0;
-
-/// Square degrees in a steradian.
-const DEG2_PER_SR: f64 = (180.0 / PI) * (180.0 / PI);
 
 static LEINERT: LazyLock<CubicGrid> =
     LazyLock::new(|| parsed(include_str!("../../catalogs/zodiacal/leinert1998_table17.csv")));
@@ -209,7 +206,7 @@ mod tests {
     #[test]
     fn reddening_changes_without_a_step() {
         assert_eq!(reddening(10f64.to_radians()), (1.2, 0.8));
-        let (blue, red) = reddening(PI);
+        let (blue, red) = reddening(std::f64::consts::PI);
         assert!((blue - 0.9).abs() < 1e-12 && (red - 0.6).abs() < 1e-12);
     }
 }

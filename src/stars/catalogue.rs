@@ -72,7 +72,7 @@ impl Catalogue {
     /// [`CatalogueError`] if the file cannot be read or is damaged.
     pub fn open(path: &Path) -> Result<Self, CatalogueError> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|source| CatalogueError::Io { path: name.clone(), source })?;
+        let bytes = super::error::read_file(path)?;
         Self::from_bytes(Cow::Owned(bytes), &name)
     }
 
@@ -189,11 +189,6 @@ impl Catalogue {
     /// V magnitudes of a cell's stars, from bright to faint.
     pub fn cell_mags(&self, cell: usize) -> impl Iterator<Item = f64> + '_ {
         self.cell_stars(cell).map(|i| f64::from(i16_at(&self.bytes, self.columns.mag + 2 * i)) / 1000.0)
-    }
-
-    /// The stars of a cell brighter than `limit_mag_v`, from bright to faint.
-    pub fn cell_stars_of(&self, cell: usize, limit_mag_v: f64) -> Vec<CatalogueStar> {
-        self.cell_stars(cell).map(|i| self.star(i)).take_while(|s| s.mag_v < limit_mag_v).collect()
     }
 
     fn cell_stars(&self, cell: usize) -> std::ops::Range<usize> {
@@ -345,8 +340,8 @@ mod tests {
         let catalogue = small();
         let cells = catalogue.cells_near(DVec3::X, 0.01).collect::<Vec<_>>();
         let mags = |limit: f64| {
-            let of = |cell: &usize| catalogue.cell_stars_of(*cell, limit);
-            cells.iter().flat_map(of).map(|s| s.mag_v).sum::<f64>()
+            let of = |cell: &usize| catalogue.cell_mags(*cell).take_while(|m| *m < limit).sum::<f64>();
+            cells.iter().map(of).sum::<f64>()
         };
         assert_eq!((mags(99.0), mags(6.0), mags(5.0)), (11.0, 5.0, 0.0));
         assert!(cells.iter().all(|cell| catalogue.cell_complete_to(*cell) == 11.0));

@@ -69,16 +69,6 @@ impl Bounds {
     }
 }
 
-/// Where a cell lies.
-pub fn cell_bounds(cell: usize) -> Bounds {
-    Bounds::of(cell)
-}
-
-/// Solid angle of a cell \[sr\].
-pub fn cell_area_sr(cell: usize) -> f64 {
-    Bounds::of(cell).solid_angle()
-}
-
 /// The cells that a cone of half-angle `radius` \[rad\] about `centre` can touch.
 pub fn cells_near(centre: DVec3, radius: f64) -> impl Iterator<Item = usize> {
     let (ra, dec) = angles(centre);
@@ -125,10 +115,10 @@ mod tests {
         };
         for _ in 0..2000 {
             let (ra, dec) = (TAU * share(), (2.0 * share() - 1.0).asin());
-            let Bounds { ra: [west, east], dec: [south, north] } = cell_bounds(cell_of(ra, dec));
+            let Bounds { ra: [west, east], dec: [south, north] } = Bounds::of(cell_of(ra, dec));
             assert!((west..=east).contains(&ra) && (south..=north).contains(&dec), "{ra} {dec}");
         }
-        let area: f64 = (0..cells_before(BANDS)).map(cell_area_sr).sum();
+        let area: f64 = (0..cells_before(BANDS)).map(|cell| Bounds::of(cell).solid_angle()).sum();
         assert!((area - 4.0 * PI).abs() < 1e-10);
     }
 }

@@ -96,7 +96,12 @@ impl Columns {
 
         let recognised = PLACES.iter().find_map(|(ra, dec, epoch)| Some(([at(ra)?, at(dec)?], *epoch)));
         let (place, epoch) = match (&choice.place, recognised) {
-            (Some(place), _) => (both(place)?, Some(2000.0)),
+            (Some(place), _) => {
+                let usual = |(ra, dec, _): &&(&str, &str, _)| {
+                    place[0].eq_ignore_ascii_case(ra) && place[1].eq_ignore_ascii_case(dec)
+                };
+                (both(place)?, PLACES.iter().find(usual).map_or(Some(2000.0), |(.., epoch)| *epoch))
+            }
             (None, Some(found)) => found,
             (None, None) => {
                 let looked_for = PLACES.map(|(ra, dec, _)| format!("{ra} + {dec}")).join(", ");
@@ -217,6 +222,12 @@ mod tests {
         };
         let found = find("ra dec Vmag x y z b r c u v", &choice).expect("all there");
         assert_eq!(found.wanted(), [3, 4, 5, 6, 7, 8, 9, 10]);
+    }
+
+    #[test]
+    fn usual_names_that_are_said_keep_their_epoch() {
+        let choice = Choice { place: Some(["RA".into(), "DEC".into()]), ..Choice::default() };
+        assert_eq!(find("ra dec phot_g_mean_mag", &choice).expect("Gaia").usual_epoch, 2016.0);
     }
 
     #[test]

@@ -8,7 +8,7 @@
 //! so many rings of neighbours are looked at that 7 stars are expected; a cell all of whose neighbours are empty too was
 //! not looked at, and is complete to nothing. Of a list with 7 stars a cell or more every empty cell is such a cell.
 
-use super::cells::{BANDS, cell_bounds, cell_of, cells_before, cells_near};
+use super::cells::{BANDS, Bounds, cell_of, cells_before, cells_near};
 use super::encode::StarRecord;
 use crate::astro::direction;
 
@@ -40,7 +40,7 @@ pub fn completeness(stars: &[StarRecord], given: Option<f64>) -> Vec<f64> {
     }
     let occupied = counts.iter().map(|c| c.iter().any(|n| *n > 0)).collect::<Vec<_>>();
     let around = |cell: usize, rings: f64| {
-        let bounds = cell_bounds(cell);
+        let bounds = Bounds::of(cell);
         let [ra, dec] = bounds.place(0.5, 0.5);
         cells_near(direction(ra, dec), rings * RING)
     };

@@ -7,12 +7,13 @@ use super::drawn::{Drawn, NAKED_EYE};
 use super::synthetic;
 use crate::base::units::flux_from_mag;
 use glam::DVec3;
+use rayon::prelude::*;
 
 /// Radius of the cone in which drawn stars fainter than the completeness are averaged \[rad\]: 2 degrees.
 const AVERAGING: f64 = 2.0 / 180.0 * std::f64::consts::PI;
 
-/// Largest proper motion \[rad/yr\]: Barnard's star, 10.4 arcsec.
-const FASTEST: f64 = 10.4 * crate::base::units::ARCSEC;
+/// Largest proper motion that a catalogue takes \[rad/yr\]: 20 arcsec, twice Barnard's star's.
+const FASTEST: f64 = 20.0 * crate::base::units::ARCSEC;
 
 /// The cone of the sky a frame needs, and its epoch.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -38,9 +39,10 @@ pub fn stars(catalogue: &Catalogue, drawn: &Drawn, cone: &Cone) -> Vec<Catalogue
     stars.iter_mut().for_each(|star| star.direction = moved(star, years));
     stars.retain(near);
     if matches!(drawn, Drawn::All { .. }) {
-        for cell in catalogue.cells_near(cone.centre, cone.radius) {
-            stars.extend(synthetic::stars(catalogue, cell, limit).into_iter().filter(near));
-        }
+        let cells = catalogue.cells_near(cone.centre, cone.radius).collect::<Vec<_>>();
+        let of_cell = |cell: &usize| synthetic::stars(catalogue, *cell, limit).into_iter().filter(near).collect();
+        let by_cell: Vec<Vec<CatalogueStar>> = cells.par_iter().map(of_cell).collect();
+        stars.extend(by_cell.into_iter().flatten());
     }
     stars
 }

@@ -2,12 +2,16 @@
 
 use super::columns::Choice;
 use super::completeness::completeness;
+use super::drawn::NAKED_EYE;
 use super::encode::encode;
 use super::error::CatalogueError;
 use super::layout::NAME_BYTES;
 use super::listing::{self, Listing};
 use super::{index, supplement};
 use std::path::{Path, PathBuf};
+
+/// A catalogue of fewer covered cells than this is a patch of sky, whose edge matters.
+const FEW_CELLS: usize = 100;
 
 /// What to make a catalogue of.
 #[derive(Debug, Clone, Default)]
@@ -31,6 +35,10 @@ pub struct Request {
 pub struct Imported {
     /// Its bytes.
     pub bytes: Vec<u8>,
+    /// Number of stars.
+    pub stars: usize,
+    /// Julian year of their places.
+    pub epoch: f64,
     /// What the user should know of the making.
     pub notes: Vec<String>,
 }
@@ -83,7 +91,14 @@ pub fn import(request: &Request) -> Result<Imported, CatalogueError> {
         return Err(fault(format!("the name {name:?} has {} bytes, 1 .. {NAME_BYTES} are allowed", name.len())));
     }
     let bytes = encode(name, epoch, &stars, |cell| complete[cell]);
-    Ok(Imported { bytes, notes })
+    let covered = complete.iter().filter(|c| **c >= NAKED_EYE).count();
+    if covered < FEW_CELLS {
+        notes.push(format!(
+            "the stars cover {covered} cells of about a square degree: at the edge of such a patch, a cell counts as a whole, \
+             and no synthetic stars fill what the table leaves empty"
+        ));
+    }
+    Ok(Imported { bytes, stars: stars.len(), epoch, notes })
 }
 
 /// What the user should know of a table that was read.

@@ -149,5 +149,12 @@ mod tests {
         let text = "# - {name: ra, unit: hourangle, datatype: float64}\nra dec Vmag\n1 2 3\n";
         let told = listing(text, None).expect_err("hours").to_string();
         assert!(told.contains("column ra is in \"hourangle\"; deg is wanted"), "{told}");
+        let blocks = "# %ECSV 1.0\n# ---\n# datatype:\n# -\n#   name: ra\n#   unit: rad\n# -\n#   name: dec\n#   unit: deg\n\
+                      ra dec Vmag\n1 2 3\n";
+        let told = listing(blocks, None).expect_err("radians").to_string();
+        assert!(told.contains("column ra is in \"rad\"; deg is wanted"), "{told}");
+        let folded =
+            "# - {name: ra,\n#    unit: deg, datatype: float64}\n# - {name: dec, unit: deg}\nra dec Vmag\n1 2 3\n";
+        assert_eq!(listing(folded, None).expect("degrees").stars.len(), 1);
     }
 }

@@ -1,7 +1,7 @@
 //! What a catalogue holds, in numbers.
 
 use super::catalogue::Catalogue;
-use super::cells::{BANDS, cell_area_sr, cell_bounds, cells_before};
+use super::cells::{BANDS, Bounds, cells_before};
 use super::completeness::NOWHERE;
 use crate::astro::direction;
 
@@ -38,11 +38,11 @@ pub fn summary(catalogue: &Catalogue) -> Summary {
     let mut areas = [0.0; 3];
     let (mut limits, mut covered, mut sky) = (Vec::new(), 0.0, 0.0);
     for cell in 0..cells_before(BANDS) {
-        let [ra, dec] = cell_bounds(cell).place(0.5, 0.5);
+        let [ra, dec] = Bounds::of(cell).place(0.5, 0.5);
         let (ra, dec) = crate::astro::angles(direction(ra, dec));
         let latitude = sofars::coords::icrs2g(ra, dec).1.to_degrees().abs();
         let zone = usize::from(latitude >= LATITUDES[1]) + usize::from(latitude >= LATITUDES[2]);
-        let area = cell_area_sr(cell).to_degrees().to_degrees();
+        let area = Bounds::of(cell).solid_angle().to_degrees().to_degrees();
         areas[zone] += area;
         sky += area;
         if catalogue.cell_complete_to(cell) > NOWHERE {

@@ -37,7 +37,7 @@ impl Table {
     /// [`CatalogueError`] if the file cannot be read or holds no table.
     pub fn open(path: &Path) -> Result<Self, CatalogueError> {
         let name = path.display().to_string();
-        let bytes = std::fs::read(path).map_err(|source| CatalogueError::Io { path: name.clone(), source })?;
+        let bytes = super::error::read_file(path)?;
         let begins = |with: &[u8]| bytes.trim_ascii_start().starts_with(with);
         if bytes.starts_with(b"SIMPLE  =") {
             return Self::of_fits(name, bytes);
@@ -202,17 +202,28 @@ fn fits_number(cell: &BinValue) -> Option<f64> {
     }
 }
 
-/// The unit that a head of ECSV gives a column: `# - {name: ra, unit: deg, datatype: float64}`.
+/// The unit that a head of ECSV gives a column, in one line, `# - {name: ra, unit: deg, datatype: float64}`, or a key a line.
 fn ecsv_unit(text: &str, name: &str) -> String {
-    let told = |line: &str, key: &str| {
-        let inside = line.trim_start_matches('#').trim().strip_prefix("- {")?.trim_end_matches('}').to_owned();
-        let of = |part: &str| Some(part.trim().strip_prefix(key)?.trim().trim_matches(['"', '\'']).to_owned());
-        inside.split(',').find_map(of)
+    let mut entries: Vec<String> = Vec::new();
+    for line in text.lines().take_while(|line| line.starts_with('#')) {
+        let line = line.trim_start_matches('#').trim();
+        match (line.strip_prefix('-').filter(|rest| rest.is_empty() || rest.starts_with(' ')), entries.last_mut())
+        {
+            (Some(first), _) => entries.push(first.to_owned()),
+            (None, Some(entry)) => {
+                entry.push(',');
+                entry.push_str(line);
+            }
+            (None, None) => {}
+        }
+    }
+    let told = |entry: &String, key: &str| {
+        let mut parts =
+            entry.split(',').map(|part| part.trim().trim_start_matches('{').trim_end_matches('}').trim());
+        parts.find_map(|part| Some(part.strip_prefix(key)?.trim().trim_matches(['"', '\'']).to_owned()))
     };
-    let mut head = text.lines().take_while(|line| line.starts_with('#'));
-    head.find(|line| told(line, "name:").as_deref() == Some(name))
-        .and_then(|l| told(l, "unit:"))
-        .unwrap_or_default()
+    let own = entries.iter().find(|entry| told(entry, "name:").as_deref() == Some(name));
+    own.and_then(|entry| told(entry, "unit:")).unwrap_or_default()
 }
 
 #[cfg(test)]

@@ -116,7 +116,7 @@ fn drawn(simulator: &Simulator) -> Drawn {
     simulator.scene.stars.limit_mag_v.map_or(Drawn::None, |limit| Drawn::All { limit })
 }
 
-/// Directions spread evenly over the sky above 10 deg of elevation: azimuth and zenith distance \[rad\].
+/// The zenith, then directions spread evenly over the sky above 10 deg of elevation: azimuth and zenith distance \[rad\].
 pub fn even_directions(number: usize) -> Vec<(f64, f64)> {
     // a spiral of the golden angle, equal in solid angle
     let golden = TAU * (1.0 - 2.0 / (1.0 + 5f64.sqrt()));
@@ -125,7 +125,7 @@ pub fn even_directions(number: usize) -> Vec<(f64, f64)> {
         let cos_zenith = 1.0 - (1.0 - lowest) * (k as f64 + 0.5) / number as f64;
         ((golden * k as f64).rem_euclid(TAU), cos_zenith.acos())
     };
-    (0..number).map(direction).collect()
+    std::iter::once((0.0, 0.0)).chain((0..number).map(direction)).collect()
 }
 
 /// The budget of the sky at an exposure.
@@ -158,7 +158,11 @@ pub fn budget(simulator: &Simulator, view: &View) -> Result<Vec<BudgetRow>, Thro
         let mut values = everywhere.iter().map(|m| m[k]).filter(|v| v.is_finite()).collect::<Vec<_>>();
         values.sort_by(f64::total_cmp);
         let of = |share: f64| values.get(((values.len().max(1) - 1) as f64 * share) as usize).copied();
-        let uncertainty = if verdict.is_needed() { sources[k].uncertainty() } else { 0.0 };
+        let uncertainty = match &verdict {
+            Verdict::Needed { .. } => sources[k].uncertainty(),
+            Verdict::Absent(why) if why.is_unknown() => f64::NAN,
+            Verdict::Absent(_) => 0.0,
+        };
         BudgetRow {
             name: NAMES[k],
             why,
@@ -172,8 +176,11 @@ pub fn budget(simulator: &Simulator, view: &View) -> Result<Vec<BudgetRow>, Thro
     Ok((0..SOURCES).map(row).collect())
 }
 
-/// Brightness of the zenith in B, V, R and I, all sources together \[mag/arcsec^2\].
+/// Brightness of the zenith in B, V, R and I, all sources together \[mag/arcsec^2\]; NaN where one is unknown.
 pub fn total_bands(rows: &[BudgetRow]) -> [f64; 4] {
+    if rows.iter().any(|r| r.zenith.is_nan()) {
+        return [f64::NAN; 4];
+    }
     std::array::from_fn(|b| {
         let flux = rows.iter().map(|r| r.bands[b]).filter(|m| m.is_finite());
         mag_from_flux(flux.map(crate::base::units::flux_from_mag).sum())
@@ -225,6 +232,6 @@ mod tests {
         let all = even_directions(500);
         assert!(all.iter().all(|(_, z)| *z <= FRAC_PI_2 - LOWEST));
         let high = all.iter().filter(|(_, z)| z.cos() > 0.5 * (1.0 + LOWEST.sin())).count();
-        assert_eq!(high, 250);
+        assert_eq!(high, 251);
     }
 }

@@ -51,6 +51,14 @@ pub fn svg(sky: &Sky, now: &Circumstances, heading: &str) -> String {
         let corner = [(panel % 4) as f64 * CELL[0] + 25.0, (panel / 4) as f64 * CELL[1] + 66.0];
         draw(&mut page, name, corner, &values, now);
     }
+    let _ = write!(
+        page,
+        "<g transform=\"translate({},{})\" fill=\"#333\"><text y=\"-22\">zenith in the middle, north up,</text>\
+         <text>east to the left</text><text y=\"22\">circles: 30 and 60 deg from the zenith</text><text y=\"44\">ring: the Moon</text>\
+         <text y=\"66\">white: outside a model</text><text y=\"88\">colours by the logarithm</text></g>",
+        3.0 * CELL[0] + 10.0,
+        CELL[1] + 150.0
+    );
     page.push_str("</svg>\n");
     page
 }
@@ -87,6 +95,8 @@ fn draw(page: &mut String, name: &str, [x, y]: [f64; 2], values: &[(usize, f64)]
         );
         return;
     };
+    let most = lit.last().copied().unwrap_or(*high);
+    let high = if most < 2.0 * high { most } else { *high };
     // a range of at least a few per cent, of four decades at most
     let (low, high) = (low.max(high * 1e-4), high.max(low * 1.05));
     let share = |v: f64| (v.max(low) / low).ln() / (high / low).ln();
@@ -142,7 +152,7 @@ fn draw(page: &mut String, name: &str, [x, y]: [f64; 2], values: &[(usize, f64)]
         page,
         "<text x=\"0\" y=\"{bottom}\">{}</text><text x=\"{SIDE}\" y=\"{bottom}\" text-anchor=\"end\">{}{} e-/px/s</text></g>",
         figure(low),
-        if lit.last().is_some_and(|most| *most > high) { "&gt; " } else { "" },
+        if most > high { "&gt; " } else { "" },
         figure(high)
     );
 }

@@ -7,6 +7,9 @@ use plotters::prelude::*;
 /// Size of the chart \[px\].
 const SIZE: (u32, u32) = (1200, 620);
 
+/// Number of the twilight among the sources.
+const TWILIGHT: usize = 2;
+
 /// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
 const COLOURS: [RGBColor; SOURCES] = [
     RGBColor(0, 158, 115),
@@ -34,12 +37,21 @@ fn draw(
 ) -> Result<(), Box<dyn std::error::Error>> {
     // where a source is unknown, by day, so is the sum
     let total = |m: &Means| m.iter().sum::<f64>();
-    let known = |m: &Means| total(m).is_finite();
+    // by day twilight is unknown
+    let known = |m: &Means| m[TWILIGHT].is_finite();
     let begin = curve.iter().position(|(_, m)| known(m)).unwrap_or(0);
     let end = curve.iter().rposition(|(_, m)| known(m)).map_or(curve.len(), |k| k + 1);
     let curve = &curve[begin..end];
-    let most = curve.iter().map(|(_, m)| total(m)).filter(|v| v.is_finite()).fold(1e-3, f64::max);
-    let least = curve.iter().flat_map(|(_, m)| m).filter(|v| **v > 0.0).fold(most, |a, b| a.min(*b));
+    let values = || curve.iter().flat_map(|(_, m)| m.iter().copied().chain([total(m)])).filter(|v| *v > 0.0);
+    let most = values().fold(0.0, f64::max);
+    let least = values().fold(most, f64::min);
+    if most <= 0.0 {
+        let root = SVGBackend::with_string(text, SIZE).into_drawing_area();
+        root.fill(&WHITE)?;
+        let words = format!("zenith over {station}: no source shines, or none is known");
+        root.draw(&Text::new(words, (60, 60), ("sans-serif", 20)))?;
+        return Ok(root.present()?);
+    }
     let (low, high) = (least.max(most * 1e-7) * 0.7, most * 3.0);
     let midnight = from.mjd_utc().fract() * 24.0;
     let hours = |point: Option<&(f64, Means)>| midnight + point.map_or(0.0, |(h, _)| *h);
@@ -103,6 +115,10 @@ fn draw(
     line("all sources", BLACK, 3, &total)?;
     for k in 0..SOURCES {
         line(NAMES[k], COLOURS[k], 2, &|m: &Means| m[k])?;
+    }
+    if curve.iter().any(|(_, m)| total(m).is_nan()) {
+        let words = "no sum where a source is outside its model: daylight, an eclipsed Moon";
+        root.draw(&Text::new(words, (110, 66), ("sans-serif", 14)))?;
     }
     Ok(root.present()?)
 }
