@@ -3,7 +3,6 @@
 use super::args::{CatalogAction, Global, ImportArgs, With};
 use super::talk::{Failure, Talk, print, print_json};
 use crate::io::atomic;
-use crate::simulate::SimulateError;
 use crate::stars::catalogue::Catalogue;
 use crate::stars::columns::Choice;
 use crate::stars::import::{Request, import};
@@ -19,7 +18,7 @@ pub(super) fn catalog(action: &CatalogAction, global: &Global, talk: &Talk) -> R
             if path.exists() && !global.force {
                 return Err(Failure::Input(format!("{} exists; --force replaces it", path.display())));
             }
-            let made = import(&request(args)).map_err(SimulateError::from)?;
+            let made = import(&request(args)).map_err(|e| Failure::Input(e.to_string()))?;
             made.notes.iter().for_each(|note| talk.say(note));
             atomic::write(path, &made.bytes)?;
             let size = made.bytes.len();
@@ -32,7 +31,7 @@ pub(super) fn catalog(action: &CatalogAction, global: &Global, talk: &Talk) -> R
         }
         CatalogAction::Info(With { args, .. }) => {
             let catalogue = match &args.file {
-                Some(path) => Catalogue::open(path).map_err(SimulateError::from)?,
+                Some(path) => Catalogue::open(path).map_err(|e| Failure::Input(e.to_string()))?,
                 None => Catalogue::built_in(),
             };
             info(&catalogue, global)

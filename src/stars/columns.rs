@@ -79,6 +79,9 @@ const BV: [&str; 4] = ["colour_bv", "color_bv", "B-V", "b_v"];
 const MOTIONS: [(&str, &str); 4] =
     [("pmra", "pmdec"), ("pmRA", "pmDE"), ("pmra_mas_yr", "pmdec_mas_yr"), ("pm_ra", "pm_dec")];
 const EPOCH: [&str; 1] = ["ref_epoch"];
+/// Names of columns that a message shows.
+const SHOWN: usize = 20;
+
 /// Epoch of Gaia DR3's places.
 const GAIA_EPOCH: f64 = 2016.0;
 
@@ -88,7 +91,12 @@ impl Columns {
     /// # Errors
     /// What was looked for and what the table has, where place or magnitude are not to be found.
     pub fn find(names: &[String], choice: &Choice) -> Result<Self, String> {
-        let has = || format!("the file has {}", names.join(", "));
+        let has = || {
+            let short = |name: &String| name.chars().take(40).flat_map(char::escape_debug).collect::<String>();
+            let more =
+                if names.len() > SHOWN { format!(" and {} more", names.len() - SHOWN) } else { String::new() };
+            format!("the file has {}{more}", names.iter().take(SHOWN).map(short).collect::<Vec<_>>().join(", "))
+        };
         let at = |name: &str| names.iter().position(|n| n.eq_ignore_ascii_case(name));
         let any = |usual: &[&str]| usual.iter().find_map(|name| at(name));
         let said = |name: &String| at(name).ok_or_else(|| format!("no column {name:?}; {}", has()));
