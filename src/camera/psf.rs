@@ -1,13 +1,12 @@
 //! The image of a point: a circular profile integrated over pixels, and its trail along a path.
 //!
 //! The response of a pixel at offset d, the profile integrated over the unit square about d, is tabulated on a
-//! grid finer than a pixel and interpolated by cubic (Lagrange) polynomials; all pixels of a stamp share their
-//! weights, so that a stamp costs 16 multiplications a pixel. A trail is the sum of stamps along the path with
-//! Gauss-Legendre weights. [`Psf::reference`] is the slow twin: direct quadrature of the profile.
+//! grid finer than a pixel ([`super::planes`]). A trail is the sum of stamps along the path with Gauss-Legendre weights. [`Psf::reference`] is the slow twin: direct quadrature of the profile.
 //!
 //! Valid for FWHM from 0.7 px; the share of light outside the stamp is told by [`Psf::lost`].
 
 use super::path::Path;
+use super::planes::Planes;
 use super::profile::Profile;
 use super::region::Region;
 use glam::DVec2;
@@ -33,10 +32,7 @@ pub struct Psf {
     radius: usize,
     /// Grid points per pixel.
     fine: usize,
-    /// Pixels along a side of a plane.
-    side: usize,
-    /// One plane for each phase (y, x) of the fine grid, pixels by rows.
-    planes: Vec<f64>,
+    planes: Planes,
     /// Share of a centred point's light within each half-side of a stamp \[px\].
     held: Vec<f64>,
 }
@@ -57,26 +53,16 @@ impl Psf {
         let fine = ((16.0 / fwhm).ceil() as usize).next_power_of_two().clamp(2, 64);
         let widest = ((LARGEST_TABLE as f64).sqrt() / (fine as f64) - 5.0) / 2.0;
         let radius = profile.radius(outside).ceil().min(widest).max(2.0) as usize;
-        // the table reaches two pixels beyond the stamp: half a pixel of phase and the stencil of the cubic
-        let side = 2 * radius + 5;
         let half = (radius + 2) * fine;
         let response = response_quadrant(&profile, fine, half);
-        let mut planes = vec![0.0; fine * fine * side * side];
-        for py in 0..fine {
-            for px in 0..fine {
-                let plane = &mut planes[(py * fine + px) * side * side..][..side * side];
-                for qy in 0..side {
-                    for qx in 0..side {
-                        // pixel q of phase p lies at grid point q fine + p, the centre at `half`
-                        let gy = (qy * fine + py).abs_diff(half);
-                        let gx = (qx * fine + px).abs_diff(half);
-                        plane[qy * side + qx] =
-                            if gy <= half && gx <= half { response[gy * (half + 1) + gx] } else { 0.0 };
-                    }
-                }
+        let planes = Planes::new(fine, [radius; 2], |origin, [width, _], plane| {
+            let grid = |q: usize, origin: f64| ((q as f64 - origin) * fine as f64).round().abs() as usize;
+            for (k, value) in plane.iter_mut().enumerate() {
+                let (gx, gy) = (grid(k % width, origin.x), grid(k / width, origin.y));
+                *value = if gy <= half && gx <= half { response[gy * (half + 1) + gx] } else { 0.0 };
             }
-        }
-        let mut psf = Self { profile, radius, fine, side, planes, held: vec![0.0; radius + 1] };
+        });
+        let mut psf = Self { profile, radius, fine, planes, held: vec![0.0; radius + 1] };
         let region = Region { x0: 0, y0: 0, width: 2 * radius + 1, height: 2 * radius + 1 };
         let mut image = vec![0.0; region.len()];
         psf.add_point(DVec2::splat(radius as f64), psf.whole(1.0), &region, &mut image);
@@ -105,14 +91,19 @@ impl Psf {
         Stamp { radius: self.radius, electrons }
     }
 
+    /// A stamp of half-side `radius` that holds all of a point's light.
+    pub fn stamp_of(&self, electrons: f64, radius: usize) -> Stamp {
+        let radius = radius.min(self.radius);
+        let held = if radius < self.radius { self.held[radius] } else { 1.0 };
+        Stamp { radius, electrons: electrons / held }
+    }
+
     /// The smallest stamp outside which a point of so many electrons gives less than `edge` \[e-/px\]; the light beyond is
     /// drawn within, so that none is lost.
     pub fn stamp(&self, electrons: f64, edge: f64) -> Stamp {
         let faint = |r: usize| electrons * self.profile.density((r * r) as f64) < edge;
         // the profile falls outwards
-        let radius = (2..self.radius).find(|r| faint(*r)).unwrap_or(self.radius);
-        let held = if radius < self.radius { self.held[radius] } else { 1.0 };
-        Stamp { radius, electrons: electrons / held }
+        self.stamp_of(electrons, (2..self.radius).find(|r| faint(*r)).unwrap_or(self.radius))
     }
 
     /// Half the side of a stamp \[px\].
@@ -122,7 +113,7 @@ impl Psf {
 
     /// Size of the table \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.planes.len() * size_of::<f64>()
+        self.planes.bytes()
     }
 
     /// Add `electrons` moving along `path` to the pixels of `region`.
@@ -163,68 +154,14 @@ impl Psf {
         }
     }
 
+    /// Grid points per pixel that this profile needs.
+    pub fn fine(&self) -> usize {
+        self.fine
+    }
+
     /// Add a stamp at a point to the pixels of `region`.
     pub fn add_point(&self, at: DVec2, stamp: Stamp, region: &Region, out: &mut [f64]) {
-        let reach = stamp.radius as f64 + 0.5;
-        let (far_x, far_y) = ((region.x0 + region.width) as f64, (region.y0 + region.height) as f64);
-        let near = |at: f64, first: usize, far: f64| at > first as f64 - reach && at < far + reach;
-        if !near(at.x, region.x0, far_x) || !near(at.y, region.y0, far_y) {
-            return;
-        }
-        let (nearest_x, phase_x, weights_x) = self.stencil(at.x);
-        let (nearest_y, phase_y, weights_y) = self.stencil(at.y);
-        let radius = stamp.radius as i64;
-        let columns = |nearest: i64, first: usize, count: usize| {
-            let low = (nearest - radius).max(first as i64);
-            let high = (nearest + radius).min((first + count) as i64 - 1);
-            (low, (high - low + 1).max(0) as usize)
-        };
-        let (x_low, x_count) = columns(nearest_x, region.x0, region.width);
-        let (y_low, y_count) = columns(nearest_y, region.y0, region.height);
-        for y in y_low..y_low + y_count as i64 {
-            let start =
-                (y as usize - region.y0) * region.width + (x_low as usize - region.x0) * usize::from(x_count > 0);
-            let row = &mut out[start..start + x_count];
-            for (j, wy) in weights_y.iter().enumerate() {
-                for (i, wx) in weights_x.iter().enumerate() {
-                    let weight = stamp.electrons * wx * wy;
-                    let source =
-                        self.plane_row(phase_y + j, phase_x + i, y - nearest_y, x_low - nearest_x, x_count);
-                    for (value, response) in row.iter_mut().zip(source) {
-                        *value += weight * response;
-                    }
-                }
-            }
-        }
-    }
-
-    /// The nearest pixel to a coordinate, the first grid point of the cubic stencil about the offset of that pixel
-    /// (counted from the table's own pixel 0 at that offset, never negative), and the four weights.
-    fn stencil(&self, coordinate: f64) -> (i64, usize, [f64; 4]) {
-        let nearest = coordinate.round();
-        let fine = self.fine as f64;
-        // offset of the pixel from the point, on the grid, shifted by one pixel to stay positive
-        let grid = (nearest - coordinate + 1.0) * fine;
-        let below = grid.floor();
-        let t = grid - below;
-        let weights = [
-            -t * (t - 1.0) * (t - 2.0) / 6.0,
-            (t + 1.0) * (t - 1.0) * (t - 2.0) / 2.0,
-            -(t + 1.0) * t * (t - 2.0) / 2.0,
-            (t + 1.0) * t * (t - 1.0) / 6.0,
-        ];
-        (nearest as i64, below as usize - 1, weights)
-    }
-
-    /// `count` responses of one phase from the offset (`dy`, `dx`) pixels on; `gy`, `gx` are stencil points.
-    fn plane_row(&self, gy: usize, gx: usize, dy: i64, dx: i64, count: usize) -> &[f64] {
-        // the stencil was shifted by one pixel; the table's centre is pixel radius + 2
-        let centre = self.radius as i64 + 1;
-        let (py, qy) = (gy % self.fine, (gy / self.fine) as i64 + centre + dy);
-        let (px, qx) = (gx % self.fine, (gx / self.fine) as i64 + centre + dx);
-        let plane = (py * self.fine + px) * self.side * self.side;
-        let start = plane + qy as usize * self.side + qx as usize;
-        &self.planes[start..start + count]
+        self.planes.add(at, [stamp.radius; 2], stamp.electrons, region, out);
     }
 
     /// The slow twin: the share of a moving point's light in a pixel, by direct quadrature of the profile with `n`

@@ -8,6 +8,7 @@ use super::profile::Profile;
 use super::psf::Psf;
 use super::region::Region;
 use super::scintillation;
+use super::trails::Trails;
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
 use crate::light::tabulated::Tabulated;
@@ -48,6 +49,7 @@ pub struct Scenery {
     /// What is in the frame and what is not.
     pub ledger: Vec<Row>,
     sky: SkyField,
+    trails: Trails,
     /// Stars are cut where they fall below this \[e-/px\].
     edge: f64,
 }
@@ -98,6 +100,8 @@ impl Scenery {
 
         let began = clock();
         let stars = field_stars::stars(&context, view, catalogue, &drawn, psf.radius() as f64);
+        let edge = EDGE * scene.accuracy.omit * noise;
+        let trails = Trails::new(&psf, &stars, edge, scene.accuracy.trail_px);
         let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
         let mean_light = |list: &[PointSource]| {
@@ -134,7 +138,8 @@ impl Scenery {
             seeing_arcsec,
             ledger,
             sky: sky_field,
-            edge: EDGE * scene.accuracy.omit * noise,
+            trails,
+            edge,
         };
         let peak = scenery.peak();
         scenery.ledger.extend(super::detector::assess(scene, view.exposure_s, peak));
@@ -155,8 +160,8 @@ impl Scenery {
             self.sky.fill_row(y, region.x0, row);
             row.iter_mut().for_each(|value| *value += self.dark_e);
         }
-        for star in &self.stars {
-            self.psf.add_stamp(&star.path, self.psf.stamp(star.electrons, self.edge), region, out);
+        for (number, star) in self.stars.iter().enumerate() {
+            self.trails.add(&self.psf, number, star, self.edge, region, out);
         }
         for (_, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
             self.psf.add(&target.path, target.electrons, region, out);

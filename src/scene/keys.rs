@@ -204,7 +204,7 @@ pub(super) static KEYS: &[Key] = &[
     key("accuracy.brightness", Above(0.0, 1.0), "", Is("1e-4"), "relative, shape and time integration together").later(),
     key("accuracy.sky", Above(0.0, 1.0), "", Is("1e-3"), "relative, of the field's representation"),
     key("accuracy.psf", Above(0.0, 0.5), "", Is("1e-4"), "share of flux outside the drawn stamp"),
-    key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "error of a trail's path").later(),
+    key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "stars whose trails differ by less share one image"),
     key("accuracy.position_mas", Above(0.0, 1e6), "mas", Is("1.0"), "error of a computed place; forces on an integrated orbit below a tenth of it are left out"),
 
     table("output", Section, "what is written; changes no pixel and not SCENESHA"),
