@@ -6,6 +6,7 @@ pub mod constants;
 pub mod cubic_grid;
 pub mod ledger;
 pub mod nodes;
+pub mod poisson;
 pub mod random;
 pub mod sample;
 pub mod surface_brightness;

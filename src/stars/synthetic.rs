@@ -9,8 +9,9 @@ use super::catalogue::{Catalogue, CatalogueStar};
 use super::cells::Bounds;
 use super::counts::{Counts, DEG2_PER_SR, Galactic};
 use crate::astro::direction;
+use crate::base::poisson::poisson;
 use crate::base::random::{Address, Stage};
-use crate::base::sample::{poisson, uniform};
+use crate::base::sample::uniform;
 
 /// Width of a bin of magnitude, and the first one's bright end.
 const BIN: f64 = 0.25;

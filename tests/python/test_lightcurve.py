@@ -37,8 +37,8 @@ SPOILT = 1 | 2 | 4 | 8 | 16 | 32 | 256  # saturated, bloomed, ray, edge, trail, 
 
 @pytest.fixture(scope="module")
 def night(produce):
-    """(measured, truth, directory), one row per exposure."""
-    out = produce("run", geostationary_night())
+    """(measured, truth, directory), one row per exposure; stars of the catalogue alone, which photometry knows."""
+    out = produce("run", geostationary_night(), "--set", "stars.synthetic=false")
     measured = Table.read(out / "lightcurve.ecsv", format="ascii.ecsv")
     truth = Table.read(out / "truth.ecsv", format="ascii.ecsv")
     assert list(measured["frame"]) == list(truth["frame"]) == list(range(120))
@@ -123,3 +123,21 @@ def test_background(night):
     share = np.asarray(measured["background_e_px"] / truth["background_e_px"], float)
     print(f"background: measured over true, median {np.median(share):.4f}")
     assert abs(np.median(share) - 1) < 0.05
+
+
+def test_stars_that_no_catalogue_lists(produce):
+    """Stars fainter than the catalogue cross the target too: they spoil few points, and by no more than their own light."""
+    out = produce("run", geostationary_night(), "--set", "output.star_table=true")
+    measured = Table.read(out / "lightcurve.ecsv", format="ascii.ecsv")
+    truth = Table.read(out / "truth.ecsv", format="ascii.ecsv")
+    usable = (np.asarray(measured["flags"]) & (SPOILT | NOT_DETECTED)) == 0
+    z = np.asarray((measured["flux_e"] - truth["electrons"]) / measured["flux_err_e"], float)
+    off = usable & (np.abs(z) > norm.isf(1e-7))
+    print(f"hidden stars: {off.sum()} of {usable.sum()} points off by more than 5.2 sigma, median {np.median(z[usable]):+.3f}")
+    assert off.sum() <= 0.03 * usable.sum() and abs(np.median(z[usable])) < 0.5
+    for frame in np.flatnonzero(off):
+        stars = Table.read(out / "stars" / f"stars_{frame:04d}.ecsv", format="ascii.ecsv")
+        away = np.hypot(stars["x_px"] - truth["x_px"][frame], stars["y_px"] - truth["y_px"][frame])
+        near = stars["electrons"][away < 15.0]
+        excess = measured["flux_e"][frame] - truth["electrons"][frame]
+        assert abs(excess) < np.sum(near) + 5 * measured["flux_err_e"][frame]
