@@ -95,7 +95,7 @@ fn the_sun_at_the_edges_of_the_twilight_model() {
 #[test]
 fn places_and_moons_at_their_limits() {
     let night = "2018-01-20T05:00:00Z";
-    // the Moon: full and eclipsed 2018-01-31 13:30, full 2018-01-31 11, new 2018-01-17, high 2018-01-28, rising 2018-01-30 23:50
+    // the Moon: full and eclipsed 2018-01-31 13:30, full 2018-01-31 11, new 2018-01-17, high 2018-01-28, rising 2018-02-02 02:15, long after sunset
     let cases: [(&str, &[(&str, &str)]); 14] = [
         ("ecliptic pole", &[("pointing.at", "radec"), ("pointing.ra_deg", "270"), ("pointing.dec_deg", "66.56")]),
         (
@@ -119,13 +119,16 @@ fn places_and_moons_at_their_limits() {
         ("eclipsed Moon", &[("exposures.start", "2018-01-31T13:20:00Z")]),
         ("new Moon", &[("exposures.start", "2018-01-17T03:00:00Z")]),
         ("high Moon", &[("exposures.start", "2018-01-28T03:30:00Z")]),
-        ("Moon on the horizon", &[("exposures.start", "2018-01-31T00:36:00Z")]),
+        ("Moon on the horizon", &[("exposures.start", "2018-02-02T02:14:45Z")]),
     ];
     for (name, sets) in cases {
         for moonlight in ["auto", "krisciunas-schaefer", "draft"] {
             let start = ("exposures.start", night);
             let model = ("sky.moonlight", moonlight);
-            let (all, _) = means(&scene(&[&[start, model, ("exposures.track", "sidereal")], sets].concat()));
+            let (all, unknown) = means(&scene(&[&[start, model, ("exposures.track", "sidereal")], sets].concat()));
+            assert_eq!(unknown, name == "eclipsed Moon", "{name} {moonlight}");
+            let shines = ["full Moon", "high Moon", "Moon on the horizon"].contains(&name);
+            assert!(!shines || all[4] > 0.0, "{name} {moonlight}");
             println!("{name:22} {moonlight:20} {all:?}");
         }
     }

@@ -101,6 +101,29 @@ fn corrected_counts_agree_with_the_catalogue() {
     }
 }
 
+/// Beyond its completeness the thinned catalogue is a lower limit, which the uncorrected counts must not fall short of by more
+/// than 15 %; what is drawn makes up the counts.
+#[test]
+fn counts_beyond_the_correction_are_not_far_below_the_catalogue() {
+    let catalogue = Catalogue::built_in();
+    for band in &LATITUDES[3..] {
+        for limit in [11.93, 12.43] {
+            let (mut listed, mut counted, mut drawn) = (0.0, 0.0, 0.0);
+            for cell in cells(band.0, band.1) {
+                let own = catalogue.cell_mags(cell.number).filter(|m| *m < limit).count() as f64;
+                listed += own;
+                drawn += own + synthetic::stars(&catalogue, cell.number, limit).len() as f64;
+                counted += Counts::at(cell.place).brighter_than(limit) * cell.deg2;
+            }
+            println!(
+                "|b| {}-{} V < {limit}: {listed} listed, {drawn} drawn, {counted:.0} by the counts",
+                band.0, band.1
+            );
+            assert!(counted > 0.85 * listed && drawn > 0.97 * counted, "{band:?} {limit}");
+        }
+    }
+}
+
 #[test]
 fn the_same_sky_is_there_whatever_the_cone() {
     let catalogue = Catalogue::built_in();

@@ -170,13 +170,13 @@ mod tests {
         PointSource { id: number, icrs: DVec3::X, mag_v: 15.0, path, electrons, coloured: false }
     }
 
-    fn field(psf: &Psf) -> (Vec<PointSource>, Trails) {
+    fn field(psf: &Psf, tolerance: f64) -> (Vec<PointSource>, Trails) {
         let half = DVec2::new(29.3, 4.1);
         let place = |k: u64| DVec2::new((k * 37 % 300) as f64 + 0.013 * k as f64, (k * 53 % 200) as f64 + 0.37);
         // trails that differ by some hundredths of a pixel, as over a field
         let half = |k: u64| half + DVec2::new(0.0001 * k as f64, 0.0);
         let stars = (0..300).map(|k| star(k, place(k), half(k), 200.0 + k as f64)).collect::<Vec<_>>();
-        let trails = Trails::new(psf, &stars, 0.01, 0.01);
+        let trails = Trails::new(psf, &stars, 0.01, tolerance);
         (stars, trails)
     }
 
@@ -184,10 +184,11 @@ mod tests {
     /// of the point image, 1e-3 of its brightest pixel; and all its light is there.
     #[test]
     fn shared_trails_are_the_stars_own() {
-        for fwhm in [2.0, 3.3] {
+        // the second tolerance leaves only what the stamps themselves err by
+        for (fwhm, tolerance, allowed) in [(2.0, 0.01, 1e-3), (3.3, 0.01, 1e-3), (2.0, 0.001, 2e-4)] {
             let alpha = 0.5 * fwhm / (2f64.powf(1.0 / 3.0) - 1.0).sqrt();
             let psf = Psf::new(Profile::Moffat { alpha, beta: 3.0 }, 1e-4);
-            let (stars, trails) = field(&psf);
+            let (stars, trails) = field(&psf, tolerance);
             assert!(!trails.images.is_empty() && trails.of_star.iter().filter(|k| k.is_some()).count() > 200);
             let region = Region { x0: 0, y0: 0, width: 420, height: 320 };
             for (number, own) in stars.iter().enumerate().step_by(29) {
@@ -209,7 +210,7 @@ mod tests {
                 );
                 let peak = exact.iter().fold(0.0f64, |a, b| a.max(*b));
                 let worst = shared.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-                assert!(worst < 1e-3 * peak, "FWHM {fwhm} star {number}: {worst} of {peak}");
+                assert!(worst < allowed * peak, "FWHM {fwhm} star {number}: {worst} of {peak}");
                 let [a, b] = [&shared, &exact].map(|image| image.iter().sum::<f64>());
                 assert!((a / b - 1.0).abs() < 1e-4, "{a} {b}");
             }
@@ -220,7 +221,7 @@ mod tests {
     #[test]
     fn any_region_gives_the_pixels_of_the_whole() {
         let psf = Psf::new(Profile::Gaussian { sigma: 1.1 }, 1e-4);
-        let (stars, trails) = field(&psf);
+        let (stars, trails) = field(&psf, 0.01);
         let whole = Region { x0: 0, y0: 0, width: 300, height: 200 };
         let part = Region { x0: 91, y0: 64, width: 50, height: 7 };
         let draw = |region: &Region| {

@@ -1,5 +1,6 @@
 //! The chart of a night: altitude against time, with the twilights, the Moon, the targets and their windows.
 
+use super::palette::COLOURS;
 use crate::astro::bodies::moon_from;
 use crate::astro::observer::Observer;
 use crate::astro::time::Instant;
@@ -14,7 +15,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 
 /// Most targets that one chart shows.
-const MOST_TARGETS: usize = 8;
+const MOST_TARGETS: usize = COLOURS.len();
 /// Longest time that one chart shows \[s\]; of a longer plan it shows the beginning.
 const LONGEST_S: f64 = 3.0 * 86_400.0;
 /// Size of the chart \[px\].
@@ -23,18 +24,6 @@ const SIZE: (u32, u32) = (1200, 680);
 const STRIP: i32 = 26;
 /// Steps of a curve.
 const STEPS: usize = 1440;
-
-/// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; MOST_TARGETS] = [
-    RGBColor(213, 94, 0),
-    RGBColor(0, 114, 178),
-    RGBColor(0, 158, 115),
-    RGBColor(204, 121, 167),
-    RGBColor(230, 159, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(120, 94, 40),
-    RGBColor(40, 40, 40),
-];
 
 /// Lowest Sun \[deg\] of each band, its colour and name, from day to night.
 const BANDS: [(f64, RGBColor, &str); 5] = [
@@ -179,7 +168,7 @@ fn altitudes(area: &DrawingArea<SVGBackend, Shift>, scene: &Scene, sky: &Sky, wi
         chart.draw_series(DashedLineSeries::new(part, 7, 5, grey.stroke_width(2)))?;
     }
     for (number, curve) in sky.targets.iter().enumerate() {
-        let colour = COLOURS[number % MOST_TARGETS];
+        let colour = COLOURS[number % COLOURS.len()];
         for part in above_horizon(curve, first) {
             chart.draw_series(LineSeries::new(part, colour.stroke_width(2)))?;
         }
@@ -239,7 +228,7 @@ fn gantt(area: &DrawingArea<SVGBackend, Shift>, scene: &Scene, sky: &Sky, window
         for window in own.iter().filter(|w| w.observable) {
             let (from, to) = sky.hours(&window.interval);
             if to > from {
-                let colour = COLOURS[number % MOST_TARGETS].mix(0.75).filled();
+                let colour = COLOURS[number % COLOURS.len()].mix(0.75).filled();
                 let bar = Rectangle::new([(x(from), top), (x(to).max(x(from) + 1), top + STRIP - 6)], colour);
                 area.draw(&bar)?;
             }

@@ -1,5 +1,6 @@
 //! The zenith over a night: electrons of every source against time.
 
+use super::palette::COLOURS;
 use super::sky::{Means, NAMES, SOURCES};
 use crate::astro::time::Instant;
 use plotters::prelude::*;
@@ -10,15 +11,9 @@ const SIZE: (u32, u32) = (1200, 620);
 /// Number of the twilight among the sources.
 const TWILIGHT: usize = 2;
 
-/// Colours that people with any colour vision tell apart (Okabe & Ito 2008).
-const COLOURS: [RGBColor; SOURCES] = [
-    RGBColor(0, 158, 115),
-    RGBColor(230, 159, 0),
-    RGBColor(213, 94, 0),
-    RGBColor(86, 180, 233),
-    RGBColor(120, 120, 120),
-    RGBColor(0, 114, 178),
-];
+/// Colours of the sources, in order; the Moon is grey.
+const OF_SOURCE: [RGBColor; SOURCES] =
+    [COLOURS[2], COLOURS[4], COLOURS[0], COLOURS[5], RGBColor(120, 120, 120), COLOURS[1]];
 
 /// The chart as SVG; `curve` holds hours from `from` and the means there.
 pub fn svg(station: &str, from: &Instant, curve: &[(f64, Means)]) -> String {
@@ -114,7 +109,7 @@ fn draw(
     };
     line("all sources", BLACK, 3, &total)?;
     for k in 0..SOURCES {
-        line(NAMES[k], COLOURS[k], 2, &|m: &Means| m[k])?;
+        line(NAMES[k], OF_SOURCE[k], 2, &|m: &Means| m[k])?;
     }
     if curve.iter().any(|(_, m)| total(m).is_nan()) {
         let words = "no sum where a source is outside its model: daylight, an eclipsed Moon";
