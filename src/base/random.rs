@@ -40,6 +40,12 @@ pub fn philox4x32(mut counter: [u32; 4], mut key: [u32; 2]) -> [u32; 4] {
     counter
 }
 
+/// Pixels whose random bits are computed side by side: a chunk begins at a multiple of this.
+pub const CHUNK: usize = 64;
+/// Blocks of Philox in a chunk.
+const BLOCKS: usize = CHUNK / 4;
+const LOW: u64 = 0xFFFF_FFFF;
+
 /// Where a stream of random numbers begins: all that its numbers depend on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Address {
@@ -59,6 +65,46 @@ impl Address {
         let counter = [pixel as u32, (pixel >> 32) as u32, self.frame, self.stage as u32 | block << 8];
         let r = philox4x32(counter, [self.seed as u32, (self.seed >> 32) as u32]);
         [u64::from(r[0]) | u64::from(r[1]) << 32, u64::from(r[2]) | u64::from(r[3]) << 32]
+    }
+
+    /// One word of 32 bits for each pixel of chunk number `chunk`, computed side by side: word k of block number `j` belongs
+    /// to pixel 16 k + j of the chunk.
+    #[inline(always)]
+    #[expect(clippy::needless_range_loop, reason = "four lanes side by side")]
+    pub fn chunk(&self, chunk: u64) -> [u32; CHUNK] {
+        // 32-bit words in the low halves of 64-bit lanes; what collects in the high halves is masked off
+        let mut c = [[0u64; BLOCKS]; 4];
+        let first = chunk * BLOCKS as u64;
+        for j in 0..BLOCKS {
+            // a chunk's counters differ in their lowest four bits only
+            c[0][j] = first | j as u64;
+            c[1][j] = first >> 32;
+            c[2][j] = u64::from(self.frame);
+            c[3][j] = self.stage as u64;
+        }
+        let mut key = [self.seed as u32, (self.seed >> 32) as u32];
+        for _ in 0..10 {
+            for j in 0..BLOCKS {
+                let a = u64::from(MULTIPLIER[0]) * (c[0][j] & LOW);
+                let b = u64::from(MULTIPLIER[1]) * (c[2][j] & LOW);
+                c[0][j] = b >> 32 ^ c[1][j] ^ u64::from(key[0]);
+                c[1][j] = b;
+                c[2][j] = a >> 32 ^ c[3][j] ^ u64::from(key[1]);
+                c[3][j] = a;
+            }
+            key = [key[0].wrapping_add(WEYL[0]), key[1].wrapping_add(WEYL[1])];
+        }
+        let mut words = [0; CHUNK];
+        for (words, lane) in words.chunks_exact_mut(BLOCKS).zip(&c) {
+            words.iter_mut().zip(lane).for_each(|(word, lane)| *word = *lane as u32);
+        }
+        words
+    }
+
+    /// 64 bits of a pixel, the first 32 of them `word`, its own of [`Address::chunk`].
+    #[inline(always)]
+    pub fn extended(&self, pixel: u64, word: u32) -> u64 {
+        u64::from(word) << 32 | self.block(pixel, 1)[0] >> 32
     }
 
     /// The stream of `pixel` as a generator with `rand`'s traits.
@@ -121,6 +167,19 @@ mod tests {
             philox4x32([0x243f_6a88, 0x85a3_08d3, 0x1319_8a2e, 0x0370_7344], [0xa409_3822, 0x299f_31d0]),
             [0xd16c_fe09, 0x94fd_cceb, 0x5001_e420, 0x2412_6ea1]
         );
+    }
+
+    #[test]
+    fn chunks_hold_the_words_of_their_blocks() {
+        let address = Address { seed: 5 | 7 << 40, frame: 2, stage: Stage::Read };
+        for chunk in [0, 3, 1 << 40] {
+            let words = address.chunk(chunk);
+            for (pixel, word) in words.iter().enumerate() {
+                let counter = chunk * 16 + pixel as u64 % 16;
+                let block = address.block(counter, 0);
+                assert_eq!(*word, (block[pixel / 32] >> (32 * (pixel / 16 % 2))) as u32, "{chunk} {pixel}");
+            }
+        }
     }
 
     #[test]
