@@ -1,7 +1,8 @@
 //! From a scene to frames, step by step or all at once.
 
 use crate::base::ledger::Row;
-use crate::camera::expose;
+use crate::camera::chip::Chip;
+use crate::camera::expose::{self, Rows};
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
@@ -15,6 +16,8 @@ use crate::scene::{Scene, Table};
 use crate::sky::Context;
 use crate::sky::response::Response;
 use crate::stars::catalogue::{Catalogue, CatalogueError};
+use std::convert::Infallible;
+use std::sync::{Mutex, PoisonError};
 
 /// What can go wrong while simulating.
 #[derive(Debug, thiserror::Error)]
@@ -36,7 +39,7 @@ pub struct Frame {
     /// The pixels stored.
     pub region: Region,
     /// Their numbers \[ADU\], by rows.
-    pub adu: Vec<u16>,
+    pub adu: Vec<u32>,
     /// The header.
     pub header: Header,
     /// Truth of the targets.
@@ -88,13 +91,30 @@ impl<'a> Simulator<'a> {
     }
 
     /// The means of one exposure, with times in its ledger by a `clock` that gives seconds since some moment.
-    pub fn timed_scenery(&self, view: &View, clock: &dyn Fn() -> f64) -> Scenery {
+    pub fn timed_scenery(&self, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Scenery {
         Scenery::new(self.scene, view, &self.response, &self.catalogue, clock)
     }
 
-    /// The pixels of `region` of one exposure: counted, read out, converted.
-    pub fn pixels(&self, view: &View, scenery: &Scenery, region: &Region) -> Vec<u16> {
-        expose::expose(self.scene, scenery, view.frame, region)
+    /// The chip in one exposure, ready for the pixels of `region`.
+    pub fn chip<'c>(&'c self, view: &View, scenery: &'c Scenery, region: &Region) -> Chip<'c> {
+        Chip::new(self.scene, scenery, view.frame, view.exposure_s, region)
+    }
+
+    /// The numbers \[ADU\] of the pixels of `region` of one exposure, by rows: counted, read out, converted.
+    pub fn pixels(&self, view: &View, scenery: &Scenery, region: &Region) -> Vec<u32> {
+        let adu = Mutex::new(vec![0; region.len()]);
+        let chip = self.chip(view, scenery, region);
+        let taken = expose::expose(&chip, self.scene.detector.bits, region, |first, rows| {
+            let mut adu = adu.lock().unwrap_or_else(PoisonError::into_inner);
+            let out = adu[first * region.width..].iter_mut();
+            match rows {
+                Rows::U16(rows) => out.zip(rows).for_each(|(out, v)| *out = u32::from(*v)),
+                Rows::U32(rows) => out.zip(rows).for_each(|(out, v)| *out = *v),
+            }
+            Ok::<(), Infallible>(())
+        });
+        let Ok(()) = taken;
+        adu.into_inner().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The header of one exposure.
@@ -139,7 +159,7 @@ impl<'a> Simulator<'a> {
 
 /// All pixels of a scene's frames.
 pub fn whole(scene: &Scene) -> Region {
-    let [width, height] = scene.detector.size_px;
+    let [width, height] = scene.detector.stored_px();
     Region { x0: 0, y0: 0, width, height }
 }
 

@@ -1,6 +1,7 @@
 //! Laws of the light budget and the detector: what must hold whatever the models' values are.
 
 use nightglass::base::units::{ARCSEC, ARCSEC_PER_RAD};
+use nightglass::camera::chip::Chip;
 use nightglass::camera::detector::{convert::Converter, read_noise, well};
 use nightglass::camera::expose;
 use nightglass::camera::region::Region;
@@ -122,7 +123,7 @@ fn the_mean_plane_holds_the_targets_electrons() {
     let region = whole(&s);
     let sum = |scenery: &Scenery| {
         let mut out = vec![0.0; region.len()];
-        scenery.mean(&region, &mut out);
+        scenery.mean_without(&region, usize::MAX, &mut out);
         out.iter().sum::<f64>()
     };
     let mut without = with.clone();
@@ -131,7 +132,8 @@ fn the_mean_plane_holds_the_targets_electrons() {
     let expected = with.targets[0].electrons * (1.0 - with.psf.lost());
     assert!((light / expected - 1.0).abs() < 5e-5, "{light} against {expected}");
     // the plane that is written is the same, in single precision
-    let (plane, variance) = expose::planes(&s, &with, &region);
+    let chip = Chip::new(&s, &with, 0, s.exposures.duration_s, &region);
+    let (plane, variance) = expose::planes(&chip, &s.detector, &region);
     let plane_sum = plane.iter().map(|v| f64::from(*v)).sum::<f64>();
     assert!((plane_sum / sum(&with) - 1.0).abs() < 1e-6);
     let floor = f64::from(variance[0]) - f64::from(plane[0]);
@@ -143,7 +145,7 @@ fn charge_is_clipped_before_it_is_read_and_numbers_after() {
     let s = scene(&[("detector.full_well_e", "1000.0"), ("detector.bits", "12")]);
     let converter = Converter::of(&s.detector);
     let mut row = [5000.0, 200.0];
-    well::apply(&mut row, s.detector.full_well_e);
+    well::clip(&mut row, s.detector.full_well_e);
     assert_eq!(row, [1000.0, 200.0]);
     // read noise may lift a full pixel above the well: the order is well, then noise
     let address =

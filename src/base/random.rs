@@ -22,6 +22,22 @@ pub enum Stage {
     SyntheticCount = 5,
     /// Places and magnitudes of those stars; the address is the star's number.
     SyntheticStars = 6,
+    /// A chip's fixed pattern of response.
+    Prnu = 7,
+    /// A chip's fixed pattern of dark current.
+    Dsnu = 8,
+    /// Which pixels of a chip are hot.
+    HotPixels = 9,
+    /// Cosmic rays; the address is the ray's number.
+    CosmicRays = 10,
+    /// Bias of a chip's columns.
+    BiasColumns = 11,
+    /// Bias of a chip's rows.
+    BiasRows = 12,
+    /// Widths of the read noise of active pixels.
+    ReadSpread = 13,
+    /// Gains of active pixels.
+    GainSpread = 14,
 }
 
 const MULTIPLIER: [u32; 2] = [0xD251_1F53, 0xCD9E_8D57];

@@ -1,6 +1,6 @@
 //! The stars of a frame: which are drawn, where they move, how much light they give, and what the ledger says of them.
 
-use super::path::Path;
+use super::path::{Path, rolled};
 use super::point_source::PointSource;
 use super::scintillation;
 use super::star_limit::{Clumping, sharpness};
@@ -25,7 +25,7 @@ const MOST_ASKED: f64 = 5e6;
 
 /// Pixels of a frame.
 pub fn frame_pixels(scene: &Scene) -> f64 {
-    (scene.detector.size_px[0] * scene.detector.size_px[1]) as f64
+    (scene.detector.light_px()[0] * scene.detector.light_px()[1]) as f64
 }
 
 /// The path of an astrometric direction at rest among the stars, if it is in front of the camera.
@@ -156,13 +156,13 @@ pub fn stars(
     margin: f64,
 ) -> Vec<PointSource> {
     let scene = context.scene;
-    let size = DVec2::new(scene.detector.size_px[0] as f64, scene.detector.size_px[1] as f64);
+    let size = DVec2::new(scene.detector.light_px()[0] as f64, scene.detector.light_px()[1] as f64);
     let touches = |path: &Path| {
         let (low, high) = path.bounds();
         high.cmpge(DVec2::splat(-margin)).all() && low.cmple(size + margin).all()
     };
     let source = |id: u64, icrs: DVec3, mag_v: f64, colour_bv: Option<f64>| {
-        let path = star_path(view, icrs)?;
+        let (path, share) = rolled(scene, view, star_path(view, icrs)?);
         if !touches(&path) {
             return None;
         }
@@ -173,7 +173,7 @@ pub fn stars(
         let light = &context.response.stars;
         let mag_v = mag_v + mag_from_flux(light.at(colour_bv, airmass) / light.solar().at(airmass));
         let rate = light.solar().at(airmass) * flux_from_mag(mag_v);
-        let electrons = rate * view.exposure_s * twinkle;
+        let electrons = rate * view.exposure_s * twinkle * share;
         Some(PointSource { id, icrs, mag_v, path, electrons, coloured: colour_bv.is_some() })
     };
     if !scene.stars.enabled {
@@ -196,7 +196,7 @@ pub fn stars(
 /// Benchmark stars: uniform over the frame at mid-exposure, dN/dm ~ 10^(0.35 m).
 fn random_places(scene: &Scene, view: &View) -> impl Iterator<Item = (u64, DVec3, f64)> {
     let address = Address { seed: scene.stars.random_seed, frame: 0, stage: Stage::RandomStars };
-    let [width, height] = scene.detector.size_px.map(|n| n as f64);
+    let [width, height] = scene.detector.light_px().map(|n| n as f64);
     let [bright, faint] = scene.stars.random_mag_v.map(|m| libm::exp10(0.35 * m));
     let wcs = view.wcs.mid;
     (0..scene.stars.random_count as u64).map(move |id| {

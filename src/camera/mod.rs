@@ -1,15 +1,17 @@
 //! The camera: light falls on pixels, is counted, and becomes numbers.
 //!
 //! ```text
-//! mean electrons = sky + stars and targets through the PSF along their paths + dark current   (f64, row bands)
+//! mean electrons = sky + stars and targets through the PSF along their paths, and what the chip adds   (f64, row bands)
 //! counted        = one Poisson draw of the summed mean
-//! adu            = clip(round((min(counted, full well) + read noise) / gain + bias))
+//! adu            = what the chip makes of the charge, step by step ([`chip`])
 //! ```
 //!
 //! Any region of a frame can be computed by itself and gives the pixels of the whole: random numbers are
 //! functions of (seed, frame, stage, pixel of the whole frame).
 
+pub mod chip;
 pub mod detector;
+pub mod evenness;
 pub mod expose;
 pub mod field_stars;
 pub mod path;

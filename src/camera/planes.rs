@@ -4,6 +4,7 @@
 //! cubic (Lagrange) polynomials. All pixels of an image share their weights, so that it costs 16 multiplications a pixel.
 
 use super::region::Region;
+use crate::base::simd::Path;
 use glam::DVec2;
 
 /// Pixels of a plane beyond the image's half-size: half a pixel of phase and the stencil of the cubic.
@@ -76,20 +77,29 @@ impl Planes {
         };
         let (x_low, x_count) = pixels(nearest_x, radius[0], region.x0, region.width);
         let (y_low, y_count) = pixels(nearest_y, radius[1], region.y0, region.height);
-        for y in y_low..y_low + y_count as i64 {
-            let start =
-                (y as usize - region.y0) * region.width + (x_low as usize - region.x0) * usize::from(x_count > 0);
-            let row = &mut out[start..start + x_count];
-            for (j, wy) in weights_y.iter().enumerate() {
-                for (i, wx) in weights_x.iter().enumerate() {
-                    let weight = electrons * wx * wy;
-                    let source = self.row(phase_y + j, phase_x + i, y - nearest_y, x_low - nearest_x, x_count);
-                    for (value, response) in row.iter_mut().zip(source) {
-                        *value += weight * response;
+        if x_count == 0 {
+            return;
+        }
+        let scaled = weights_y.map(|weight| weight * electrons);
+        Path::best().run(
+            #[inline(always)]
+            || {
+                for y in y_low..y_low + y_count as i64 {
+                    let start = (y as usize - region.y0) * region.width + x_low as usize - region.x0;
+                    let row = &mut out[start..start + x_count];
+                    for (j, wy) in scaled.iter().enumerate() {
+                        let source = |i: usize| {
+                            self.row(phase_y + j, phase_x + i, y - nearest_y, x_low - nearest_x, x_count)
+                        };
+                        let [a, b, c, d] = weights_x.map(|wx| wx * wy);
+                        let [p, q, r, s] = [source(0), source(1), source(2), source(3)];
+                        for k in 0..x_count {
+                            row[k] += (a * p[k] + b * q[k]) + (c * r[k] + d * s[k]);
+                        }
                     }
                 }
-            }
-        }
+            },
+        );
     }
 
     /// The nearest pixel to a coordinate, the first grid point of the cubic stencil about the offset of that pixel

@@ -1,8 +1,10 @@
 //! What a frame would hold without noise: the mean electrons of every pixel, computed for any region.
 
-use super::detector::dark;
+use super::chip::Incident;
+use super::detector::dark::Dark;
+use super::evenness::Evenness;
 use super::field_stars;
-use super::path::Path;
+use super::path::{Path, rolled};
 use super::point_source::PointSource;
 use super::profile::Profile;
 use super::psf::Psf;
@@ -15,10 +17,11 @@ use crate::light::tabulated::Tabulated;
 use crate::plan::view::View;
 use crate::scene::Scene;
 use crate::sky::response::Response;
-use crate::sky::{self, Context, field::SkyField};
+use crate::sky::{self, Context, Source, field::SkyField};
 use crate::stars::catalogue::Catalogue;
 use crate::stars::drawn::Drawn;
 use glam::{DVec2, DVec3};
+use std::ops::Range;
 
 /// Mean at the frame's centre of one sky source.
 #[derive(Debug, Clone, PartialEq)]
@@ -48,7 +51,11 @@ pub struct Scenery {
     pub seeing_arcsec: f64,
     /// What is in the frame and what is not.
     pub ledger: Vec<Row>,
+    /// How evenly optics and shutter light the chip.
+    pub evenness: Evenness,
     sky: SkyField,
+    /// The sources of `sky` one by one, where the scene asks for them.
+    parts: Vec<(String, SkyField)>,
     trails: Trails,
     /// Stars are cut where they fall below this \[e-/px\].
     edge: f64,
@@ -69,13 +76,13 @@ impl Scenery {
         view: &View,
         response: &Response,
         catalogue: &Catalogue,
-        clock: &dyn Fn() -> f64,
+        clock: &(dyn Fn() -> f64 + Sync),
     ) -> Self {
         let context = Context::of_view(scene, view, response);
-        let dark_e = dark::rate(&scene.detector) * view.exposure_s;
+        let dark_e = Dark::new(&scene.detector, view.exposure_s).mean_e();
         let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
         let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
-        let fwhm_px = seeing_arcsec / scene.telescope.plate_scale_arcsec;
+        let fwhm_px = seeing_arcsec / scene.stored_scale_arcsec();
 
         let noise = noise(&context, dark_e);
         let drawn = field_stars::drawn(&context, view, catalogue, fwhm_px, noise);
@@ -93,6 +100,18 @@ impl Scenery {
                 row.bytes = sky_field.bytes() as u64;
             }
         }
+
+        let parts = if scene.output.format.iter().any(|format| format == "exr") {
+            let part = |source: &&dyn Source| {
+                (
+                    source.name().replace("sky.", "mean."),
+                    SkyField::new(view, scene, &[*source], scene.accuracy.sky, clock),
+                )
+            };
+            present.iter().map(part).collect()
+        } else {
+            Vec::new()
+        };
 
         let began = clock();
         let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
@@ -137,7 +156,9 @@ impl Scenery {
             solar_v_zero: response.stars.solar().clone(),
             seeing_arcsec,
             ledger,
+            evenness: Evenness::of(scene, view.exposure_s),
             sky: sky_field,
+            parts,
             trails,
             edge,
         };
@@ -146,26 +167,79 @@ impl Scenery {
         scenery
     }
 
-    /// Mean electrons of the pixels of `region`, by rows.
-    pub fn mean(&self, region: &Region, out: &mut [f64]) {
-        self.mean_without(region, usize::MAX, out);
+    /// Mean electrons of the pixels of `region`, by rows, but of target number `left_out`; of a chip whose pixels are all alike.
+    pub fn mean_without(&self, region: &Region, left_out: usize, out: &mut [f64]) {
+        self.light_without(region, left_out, out);
+        self.evenness.apply(region, out);
+        out.iter_mut().for_each(|value| *value += self.dark_e);
     }
 
-    /// The same without target number `left_out`.
-    pub fn mean_without(&self, region: &Region, left_out: usize, out: &mut [f64]) {
+    /// Mean light \[e-\] of the pixels of `region`, by rows, but of target number `left_out`.
+    fn light_without(&self, region: &Region, left_out: usize, out: &mut [f64]) {
         if region.is_empty() {
             return;
         }
         for (y, row) in (region.y0..).zip(out.chunks_exact_mut(region.width)) {
-            self.sky.fill_row(y, region.x0, row);
-            row.iter_mut().for_each(|value| *value += self.dark_e);
+            self.sky.add_row(y, region.x0, row);
         }
+        self.add_stars(region, out);
+        self.add_targets(region, left_out, out);
+    }
+
+    fn add_stars(&self, region: &Region, out: &mut [f64]) {
         for (number, star) in self.stars.iter().enumerate() {
             self.trails.add(&self.psf, number, star, self.edge, region, out);
         }
+    }
+
+    fn add_targets(&self, region: &Region, left_out: usize, out: &mut [f64]) {
         for (_, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
             self.psf.add(&target.path, target.electrons, region, out);
         }
+    }
+
+    /// Largest mean of a still point of one electron and of one moving over `length` px \[1/px\].
+    fn sharpest(&self, length: f64) -> f64 {
+        let mut central = [0.0];
+        let one = Region { x0: 0, y0: 0, width: 1, height: 1 };
+        self.psf.add_point(DVec2::ZERO, self.psf.whole(1.0), &one, &mut central);
+        // the line profiles of the Gaussian (0.94 / FWHM) and of Moffat's profiles lie below 1.1 / FWHM
+        central[0].min(1.1 / self.psf.profile().fwhm() / length.max(1e-9))
+    }
+
+    /// Means \[e-\] of the pixels of `region` of each kind of light and of dark charge, by name; 0 in the overscan. The sources of the
+    /// sky are those of a scene that asks for OpenEXR frames.
+    pub fn layers(&self, region: &Region) -> Vec<(String, Vec<f32>)> {
+        let light = (region.x0 + region.width).min(self.sky.width()).saturating_sub(region.x0);
+        let seen = Region { width: light, ..*region };
+        let layer = |name: &str, add: &dyn Fn(&mut [f64]), evenness: bool| {
+            let mut mean = vec![0.0; seen.len()];
+            if !seen.is_empty() {
+                add(&mut mean);
+                if evenness {
+                    self.evenness.apply(&seen, &mut mean);
+                }
+            }
+            let mut plane = vec![0.0f32; region.len()];
+            for (out, row) in plane.chunks_exact_mut(region.width).zip(mean.chunks_exact(light.max(1))) {
+                out.iter_mut().zip(row).for_each(|(out, value)| *out = *value as f32);
+            }
+            (name.to_owned(), plane)
+        };
+        let sky = self.parts.iter().map(|(name, part)| {
+            let add = |out: &mut [f64]| {
+                for (y, row) in (seen.y0..).zip(out.chunks_exact_mut(seen.width)) {
+                    part.add_row(y, seen.x0, row);
+                }
+            };
+            layer(name, &add, true)
+        });
+        sky.chain([
+            layer("mean.stars", &|out| self.add_stars(&seen, out), true),
+            layer("mean.target", &|out| self.add_targets(&seen, usize::MAX, out), true),
+            layer("mean.dark", &|out| out.fill(self.dark_e), false),
+        ])
+        .collect()
     }
 
     /// True if a source of sky light is outside its model: the sky is brighter than these means by an unknown amount.
@@ -182,19 +256,49 @@ impl Scenery {
     /// a trail's per pixel of its length across the width of the image.
     fn peak(&self) -> f64 {
         let sky: f64 = self.sky_means.iter().map(|s| s.mean_e_px).sum::<f64>() + self.dark_e;
-        let mut central = [0.0];
-        self.psf.add_point(
-            DVec2::ZERO,
-            self.psf.whole(1.0),
-            &Region { x0: 0, y0: 0, width: 1, height: 1 },
-            &mut central,
-        );
-        // the line profiles of the Gaussian (0.94 / FWHM) and of Moffat's profiles lie below 1.1 / FWHM
-        let of_trail = 1.1 / self.psf.profile().fwhm();
-        let brightest = |peak: f64, s: &PointSource| {
-            peak.max(s.electrons * central[0].min(of_trail / s.path.length().max(1e-9)))
-        };
+        let brightest = |peak: f64, s: &PointSource| peak.max(s.electrons * self.sharpest(s.path.length()));
         sky + self.stars.iter().chain(&self.targets).fold(0.0, brightest)
+    }
+}
+
+impl Incident for Scenery {
+    fn add(&self, region: &Region, out: &mut [f64]) {
+        self.light_without(region, usize::MAX, out);
+    }
+
+    /// Columns within the radius at which each bright source falls to a tenth of what the sky leaves free.
+    fn bright_columns(&self, level_e: f64) -> Vec<Range<usize>> {
+        let width = self.sky.width();
+        let free = level_e - self.sky.largest();
+        if free <= 0.0 {
+            return Vec::from_iter([0..width]);
+        }
+        let mut columns = Vec::new();
+        for source in self.stars.iter().chain(&self.targets) {
+            let length = source.path.length();
+            let peak = source.electrons * self.sharpest(length);
+            if peak.is_nan() || peak <= 0.3 * free {
+                continue;
+            }
+            let (low, high) = source.path.bounds();
+            // as a still point of the light that a trail leaves along the width of the image
+            let part = source.electrons * (self.psf.profile().fwhm() / length.max(1e-9)).min(1.0);
+            let reach = self.psf.stamp(part, 0.1 * free).radius as f64 + 1.0;
+            let from = (low.x - reach).max(0.0) as usize;
+            let to = ((high.x + reach).max(-1.0) + 1.0).min(width as f64) as usize;
+            if from < to {
+                columns.push(from..to);
+            }
+        }
+        columns.sort_by_key(|c| c.start);
+        columns.dedup_by(|next, kept| {
+            let joined = next.start <= kept.end;
+            if joined {
+                kept.end = kept.end.max(next.end);
+            }
+            joined
+        });
+        columns
     }
 }
 
@@ -205,7 +309,7 @@ fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
     };
     let more =
         if psf.lost() > scene.accuracy.psf { ", more than accuracy.psf asks: the wings are too wide" } else { "" };
-    let narrow = if seeing_arcsec < 0.7 * scene.telescope.plate_scale_arcsec {
+    let narrow = if seeing_arcsec < 0.7 * scene.stored_scale_arcsec() {
         ", narrower than the 0.7 px it is exact for"
     } else {
         ""
@@ -232,11 +336,12 @@ fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {
             mid: pixel(&view.wcs.mid, icrs),
             end: pixel(&view.wcs.end, seen.start_end[1]),
         };
+        let (path, share) = rolled(scene, view, path);
         let sigma = scintillation::sigma(scene, view.exposure_s, seen.airmass);
         let twinkle = scintillation::factor(scene.seed, view.frame, target_number(index), sigma);
         let above = if seen.apparent.elevation > 0.0 { 1.0 } else { 0.0 };
         let rate = context.response.stars.solar().at(seen.airmass) * flux_from_mag(target.mag_v);
-        let electrons = rate * view.exposure_s * seen.sunlit_mean * twinkle * above;
+        let electrons = rate * view.exposure_s * seen.sunlit_mean * twinkle * above * share;
         PointSource { id: index as u64, icrs, mag_v: target.mag_v, path, electrons, coloured: true }
     };
     scene.target.iter().zip(&view.targets).enumerate().map(place).collect()

@@ -5,6 +5,7 @@
 //! B = sum 1/v, C = sum p/v over the stamp.
 
 use super::detector::convert::Converter;
+use super::expose;
 use super::point_source::PointSource;
 use super::region::Region;
 use super::scenery::Scenery;
@@ -61,10 +62,10 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
     let path = target.path;
     let (low, high) = path.bounds();
     let margin = 0.5 * (high - low).max_element() + scenery.psf.radius().max(15) as f64;
-    let size = scene.detector.size_px;
+    let size = scene.detector.light_px();
     let region = Region::around((low + high) / 2.0, margin, size);
     let detector = &scene.detector;
-    let full = Converter::of(detector).saturation_e(detector.full_well_e);
+    let full = Converter::of(detector).saturation_e(detector.stored_full_well_e());
     let mut truth = Truth {
         frame: view.frame,
         time_utc: view.mid.iso_utc(),
@@ -80,7 +81,7 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         saturated: false,
     };
     let Some(region) = region else { return truth };
-    let floor = detector.read_noise_e.powi(2) + detector.gain_e_per_adu.powi(2) / 12.0;
+    let floor = expose::floor(detector);
     let place = (path.mid.x.round(), path.mid.y.round());
     let (mut a, mut b, mut c) = (0.0, 0.0, 0.0);
     for first in (0..region.height).step_by(BAND_ROWS) {
@@ -88,6 +89,7 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         let band = Region { y0: region.y0 + first, height, ..region };
         let (mut share, mut background) = (vec![0.0; band.len()], vec![0.0; band.len()]);
         scenery.psf.add(&path, 1.0, &band, &mut share);
+        scenery.evenness.apply(&band, &mut share);
         scenery.mean_without(&band, index, &mut background);
         for (i, (p, rest)) in share.iter().zip(&background).enumerate() {
             let mean = p * target.electrons + rest;

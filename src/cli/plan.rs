@@ -211,7 +211,7 @@ fn crossings(scene: &Scene, planner: &Planner, file: &Path, global: &Global, tal
     let objects = Objects::read(file, &start, talk)?;
     let views = known(exposures(scene, planner, talk)?);
     let bar = talk.bar(views.len(), "exposures");
-    let size = scene.detector.size_px;
+    let size = scene.detector.light_px();
     let found = views.par_iter().map(|view| {
         let found = crossing::crossings(planner, view, &objects.motions, &objects.paces, size);
         bar.inc(1);

@@ -105,7 +105,7 @@ fn frame_range(text: Option<&str>, count: usize) -> Result<Range<usize>, RunErro
 
 /// Pixels of `--crop`, cut to the frame.
 fn crop_region(text: &str, scene: &Scene) -> Result<Region, RunError> {
-    let [width, height] = scene.detector.size_px;
+    let [width, height] = scene.detector.stored_px();
     let fault =
         || RunError::Usage(format!("--crop {text}: not x0,y0,width,height inside {width} x {height} pixels"));
     let numbers =

@@ -157,7 +157,7 @@ pub(super) fn now_utc() -> String {
 }
 
 /// Seconds since the program began to ask.
-pub(super) fn clock() -> impl Fn() -> f64 {
+pub(super) fn clock() -> impl Fn() -> f64 + Sync {
     let began = std::time::Instant::now();
     move || began.elapsed().as_secs_f64()
 }

@@ -1,5 +1,6 @@
 //! Files appear under their final name only when they are whole.
 
+use std::fs::File;
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -11,6 +12,23 @@ pub fn write(path: &Path, bytes: &[u8]) -> io::Result<()> {
     let partial = partial_name(path);
     let told = |e: io::Error| io::Error::new(e.kind(), format!("{}: {e}", path.display()));
     std::fs::write(&partial, bytes).and_then(|()| std::fs::rename(&partial, path)).map_err(told)
+}
+
+/// Create the neighbour of `path` that becomes it when [`finish`]ed.
+///
+/// # Errors
+/// Whatever the file system says, with the path.
+pub fn create(path: &Path) -> io::Result<File> {
+    File::create(partial_name(path)).map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", path.display())))
+}
+
+/// Give a complete neighbour its final name.
+///
+/// # Errors
+/// Whatever the file system says, with the path.
+pub fn finish(path: &Path) -> io::Result<()> {
+    std::fs::rename(partial_name(path), path)
+        .map_err(|e| io::Error::new(e.kind(), format!("{}: {e}", path.display())))
 }
 
 /// Make a directory and those above it.

@@ -11,6 +11,11 @@ pub fn ones_complement_sum(bytes: &[u8], sum: u32) -> u32 {
     let mut last = [0; 4];
     last[..words.remainder().len()].copy_from_slice(words.remainder());
     total += u64::from(u32::from_be_bytes(last));
+    folded(total)
+}
+
+/// A sum of 32-bit words whose carries have gone round.
+pub fn folded(mut total: u64) -> u32 {
     while total >> 32 != 0 {
         total = (total & 0xFFFF_FFFF) + (total >> 32);
     }

@@ -61,14 +61,19 @@ impl Keywords {
     }
 }
 
-/// The keywords of a file's first header, without touching its pixels.
+/// The keywords of a file's first image, plain or tile-compressed, without touching its pixels.
 ///
 /// # Errors
 /// [`ReadError`], with the path.
 pub fn keywords(path: &Path) -> Result<Keywords, ReadError> {
     let told = |source| ReadError::Fits { path: path.display().to_string(), source };
     let file = FitsFile::open(path).map_err(told)?;
-    Ok(Keywords(file.parsed_header(0).map_err(told)?))
+    let first = Keywords(file.parsed_header(0).map_err(told)?);
+    // a compressed image is in the first extension
+    match file.parsed_header(1) {
+        Ok(second) if first.number("NAXIS") == Some(0.0) => Ok(Keywords(second)),
+        _ => Ok(first),
+    }
 }
 
 impl Image {

@@ -102,11 +102,11 @@ fn detector(header: &mut Header, scene: &Scene) {
     header.push("GAIN", d.gain_e_per_adu, "[e/adu]");
     header.push("EGAIN", d.gain_e_per_adu, "[e/adu]");
     header.push("RDNOISE", d.read_noise_e, "[e] rms");
-    number(header, "DARKCUR", dark::rate(d), "[e/s] per pixel at CCD-TEMP");
-    number(header, "SATURATE", Converter::of(d).saturation_adu(d.full_well_e), "[adu]");
+    number(header, "DARKCUR", dark::rate(d) * (d.binning * d.binning) as f64, "[e/s] per pixel at CCD-TEMP");
+    number(header, "SATURATE", Converter::of(d).saturation_adu(d.stored_full_well_e()), "[adu]");
     header.push("BIASLVL", d.bias_adu, "[adu]");
-    header.push("XPIXSZ", d.pixel_um, "[um]");
-    header.push("YPIXSZ", d.pixel_um, "[um]");
+    header.push("XPIXSZ", rounded(d.pixel_um * d.binning as f64), "[um] of a stored pixel");
+    header.push("YPIXSZ", rounded(d.pixel_um * d.binning as f64), "[um] of a stored pixel");
     header.push("CCD-TEMP", d.temperature_c, "[deg C]");
     let t = &scene.telescope;
     header.push("APTDIA", rounded(t.aperture_m * 1e3), "[mm] aperture");
@@ -133,7 +133,7 @@ fn pointing(header: &mut Header, scene: &Scene, view: &View, scenery: &Scenery) 
     number(header, "AIRMASS", view.airmass, "Pickering 2002");
     number(header, "TRKRA", view.track_rate.x * ARCSEC_PER_RAD, "[arcsec/s] rate of the centre, dRA/dt cos Dec");
     number(header, "TRKDEC", view.track_rate.y * ARCSEC_PER_RAD, "[arcsec/s] rate of the centre, dDec/dt");
-    header.push("PIXSCALE", rounded(scene.telescope.plate_scale_arcsec), "[arcsec] of the optics");
+    header.push("PIXSCALE", rounded(scene.stored_scale_arcsec()), "[arcsec] of the optics");
     number(header, "SEEING", scenery.seeing_arcsec, "[arcsec] FWHM as delivered");
 }
 

@@ -3,7 +3,9 @@
 pub mod atomic;
 pub mod checksum;
 pub mod ecsv;
+pub mod exr_file;
 pub mod fits;
+pub mod fz;
 pub mod header;
 pub mod image;
 pub mod labels;

@@ -7,37 +7,67 @@
 use image::codecs::png::PngEncoder;
 use image::{ExtendedColorType, ImageEncoder};
 use std::io;
+use std::sync::{Mutex, PoisonError};
 
 /// Largest side of a picture \[px\].
 const LARGEST: usize = 1024;
 /// Strength of the stretch.
 const STRETCH: f32 = 20.0;
 
-/// The PNG bytes of a frame's preview.
-///
-/// # Errors
-/// Whatever the encoder says.
-pub fn png(width: usize, height: usize, adu: &[u16]) -> io::Result<Vec<u8>> {
-    let bin = width.max(height).div_ceil(LARGEST).max(1);
-    let (columns, rows) = (width.div_ceil(bin), height.div_ceil(bin));
-    let mean = |x: usize, y: usize| {
-        let (right, top) = (((x + 1) * bin).min(width), ((y + 1) * bin).min(height));
-        let pixels = (y * bin..top).flat_map(|j| adu[j * width + x * bin..j * width + right].iter());
-        let (sum, count) = pixels.fold((0u32, 0u32), |(sum, count), v| (sum + u32::from(*v), count + 1));
-        sum as f32 / count.max(1) as f32
-    };
-    let binned = (0..rows).rev().flat_map(|y| (0..columns).map(move |x| mean(x, y))).collect::<Vec<_>>();
-    let (low, high) = limits(&binned);
-    let shade = |v: &f32| {
-        let share = ((v - low) / (high - low)).clamp(0.0, 1.0);
-        ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
-    };
-    let bytes = binned.iter().map(shade).collect::<Vec<_>>();
-    let mut out = Vec::new();
-    PngEncoder::new(&mut out)
-        .write_image(&bytes, columns as u32, rows as u32, ExtendedColorType::L8)
-        .map_err(io::Error::other)?;
-    Ok(out)
+/// The picture of a frame, whose rows come in any order.
+#[derive(Debug)]
+pub struct Preview {
+    width: usize,
+    height: usize,
+    bin: usize,
+    /// Sums of the binned pixels \[ADU\], by rows.
+    sums: Mutex<Vec<u64>>,
+}
+
+impl Preview {
+    /// An empty picture of a frame of `width` x `height` pixels.
+    pub fn new(width: usize, height: usize) -> Self {
+        let bin = width.max(height).div_ceil(LARGEST).max(1);
+        let sums = Mutex::new(vec![0; width.div_ceil(bin) * height.div_ceil(bin)]);
+        Self { width, height, bin, sums }
+    }
+
+    /// Take in rows from `first_row` on.
+    pub fn rows<N: Copy + Into<u64>>(&self, first_row: usize, adu: &[N]) {
+        let columns = self.width.div_ceil(self.bin);
+        let mut sums = self.sums.lock().unwrap_or_else(PoisonError::into_inner);
+        for (y, row) in (first_row..).zip(adu.chunks_exact(self.width)) {
+            let sums = &mut sums[y / self.bin * columns..][..columns];
+            for (sum, pixels) in sums.iter_mut().zip(row.chunks(self.bin)) {
+                *sum += pixels.iter().map(|v| (*v).into()).sum::<u64>();
+            }
+        }
+    }
+
+    /// The bytes of the PNG file.
+    ///
+    /// # Errors
+    /// Whatever the encoder says.
+    pub fn png(self) -> io::Result<Vec<u8>> {
+        let (columns, rows) = (self.width.div_ceil(self.bin), self.height.div_ceil(self.bin));
+        let sums = self.sums.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let within = |at: usize, size: usize| ((at + 1) * self.bin).min(size) - at * self.bin;
+        let mean = |x: usize, y: usize| {
+            sums[y * columns + x] as f32 / (within(x, self.width) * within(y, self.height)) as f32
+        };
+        let binned = (0..rows).rev().flat_map(|y| (0..columns).map(move |x| mean(x, y))).collect::<Vec<_>>();
+        let (low, high) = limits(&binned);
+        let shade = |v: &f32| {
+            let share = ((v - low) / (high - low)).clamp(0.0, 1.0);
+            ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
+        };
+        let bytes = binned.iter().map(shade).collect::<Vec<_>>();
+        let mut out = Vec::new();
+        PngEncoder::new(&mut out)
+            .write_image(&bytes, columns as u32, rows as u32, ExtendedColorType::L8)
+            .map_err(io::Error::other)?;
+        Ok(out)
+    }
 }
 
 /// Black and white of the stretch.
@@ -57,7 +87,9 @@ mod tests {
     #[test]
     fn pictures_are_png_of_at_most_1024_pixels() {
         for (width, height) in [(1, 1), (30, 20), (2500, 3), (4096, 2), (1, 5000)] {
-            let bytes = png(width, height, &vec![1000; width * height]).expect("encodes");
+            let preview = Preview::new(width, height);
+            preview.rows(0, &vec![1000u16; width * height]);
+            let bytes = preview.png().expect("encodes");
             assert_eq!(&bytes[1..4], b"PNG");
             let side = u32::from_be_bytes([bytes[16], bytes[17], bytes[18], bytes[19]]);
             assert!((1..=1024).contains(&side), "{side}");

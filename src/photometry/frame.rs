@@ -284,7 +284,7 @@ impl Frame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::fits::{Pixels, encode};
+    use crate::io::fits::{Pixels, write};
     use crate::io::header::Header;
 
     fn header(without: &str) -> Header {
@@ -317,7 +317,7 @@ mod tests {
     fn frame(header: &Header) -> Result<Frame, PhotometryError> {
         let folder = tempfile::tempdir().expect("a folder");
         let path = folder.path().join("night_0042.fits");
-        std::fs::write(&path, encode(10, 8, Pixels::U16(&[1000; 80]), header)).expect("written");
+        write(&path, 10, 8, Pixels::U16(&[1000; 80]), header).expect("written");
         Frame::from_image(Image::read(&path).expect("an image"))
     }
 

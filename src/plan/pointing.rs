@@ -99,7 +99,7 @@ impl Mount {
             Track::Fixed => Follow::Earth,
             Track::Rates([ra, dec]) => Follow::Rates(DVec2::new(*ra, *dec) * ARCSEC),
         };
-        let size = DVec2::new(scene.detector.size_px[0] as f64, scene.detector.size_px[1] as f64);
+        let size = DVec2::new(scene.detector.light_px()[0] as f64, scene.detector.light_px()[1] as f64);
         let (sin, cos) = scene.telescope.position_angle_deg.to_radians().sin_cos();
         // +y at the position angle from north through east; +x to its right as east lies to the left
         let y = DVec2::new(sin, cos);
@@ -110,7 +110,7 @@ impl Mount {
             crpix: (size - DVec2::ONE) / 2.0,
             half_size: size / 2.0,
             offset: DVec2::from_array(scene.pointing.offset_px),
-            scale: scene.telescope.plate_scale_arcsec * ARCSEC,
+            scale: scene.stored_scale_arcsec() * ARCSEC,
             axes: [x, y],
         })
     }

@@ -2,17 +2,21 @@
 
 use super::{OutputDir, RunError};
 use crate::base::ledger::Ledger;
-use crate::camera::expose;
+use crate::camera::expose::{self, Rows};
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
 use crate::io::ecsv::to_ecsv;
-use crate::io::{atomic, checksum, fits, image, labels, preview};
+use crate::io::exr_file::{self, Samples};
+use crate::io::preview::Preview;
+use crate::io::{atomic, checksum, fits, fz, image, labels};
 use crate::plan::view::View;
 use crate::scene::{Crop, Scene};
 use crate::simulate::{Simulator, whole};
 use glam::DVec2;
+use std::io;
 use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
 
 /// Which frames and pixels to render, and how to tell of it.
 pub struct Job<'j> {
@@ -21,7 +25,7 @@ pub struct Job<'j> {
     /// The pixels of each frame; none = what the scene's `[output]` says.
     pub crop: Option<Region>,
     /// Seconds since some moment; only differences count. The ledger's times come from here.
-    pub clock: &'j dyn Fn() -> f64,
+    pub clock: &'j (dyn Fn() -> f64 + Sync),
     /// Called when a frame is done.
     pub done: &'j dyn Fn(&Done),
 }
@@ -61,69 +65,119 @@ pub fn refused(scene: &Scene, view: &View) -> Option<String> {
     }
 }
 
-/// Render the frames of `job` that are not there yet. Truth and ledger cover all frames of the scene that are
-/// there afterwards, so that shards written one after the other end with the tables of the whole.
+/// What is to be done for one view.
+struct Task<'v> {
+    view: &'v View,
+    scenery: Scenery,
+    region: Region,
+    /// The frame is asked for, not only there from another shard.
+    asked: bool,
+    /// The frame is there already.
+    kept: bool,
+}
+
+/// A view's task, or why it has none.
+enum Prepared<'v> {
+    Task(Box<Task<'v>>),
+    Skipped(usize, String),
+    Nothing,
+}
+
+/// Render the frames of `job` that are not there yet, the next one prepared while one is exposed and written. Truth and ledger
+/// cover all frames of the scene that are there afterwards, so that shards written one after the other end with the tables of
+/// the whole.
 ///
 /// # Errors
 /// [`RunError`]; finished frames stay.
 pub fn render(simulator: &Simulator, views: &[View], dir: &OutputDir, job: &Job) -> Result<Rendered, RunError> {
     let mut rendered = Rendered::default();
-    for view in views {
-        let asked = job.frames.contains(&view.frame);
-        if let Some(why) = refused(simulator.scene, view) {
-            if asked {
-                (job.done)(&Done::Skipped(view.frame, why));
+    // of the job, what may go to another thread
+    let (frames, crop, clock) = (job.frames.clone(), job.crop, job.clock);
+    let prepare = |number: usize| {
+        views.get(number).map_or(Ok(Prepared::Nothing), |v| prepare(simulator, v, dir, &frames, crop, clock))
+    };
+    let mut next = prepare(0)?;
+    for number in 0..views.len() {
+        let mut task = match std::mem::replace(&mut next, Prepared::Nothing) {
+            Prepared::Task(task) => task,
+            other => {
+                if let Prepared::Skipped(frame, why) = other {
+                    (job.done)(&Done::Skipped(frame, why));
+                }
+                next = prepare(number + 1)?;
+                continue;
             }
-            continue;
-        }
-        let there = dir.frame(view.frame).exists();
-        if !asked && !there {
-            continue;
-        }
-        let mut scenery = simulator.timed_scenery(view, job.clock);
-        let region = match (asked, there) {
-            // a frame of another shard: taken as it is
-            (false, _) => match stored_as(dir, view.frame) {
-                Some(region) => region,
-                None => continue,
-            },
-            (true, _) => job.crop.unwrap_or_else(|| asked_region(simulator.scene, &scenery)),
         };
-        if region.is_empty() {
-            (job.done)(&Done::Skipped(view.frame, "the crop holds no pixel of this frame".into()));
-            continue;
-        }
-        let kept = there && is_whole(dir, view.frame, simulator.scene_sha());
-        if asked && kept && stored_as(dir, view.frame) != Some(region) {
-            return Err(RunError::Occupied {
-                dir: dir.path().display().to_string(),
-                what: format!("frame {} with other pixels than those asked for", view.frame),
-            });
-        }
-        if asked {
-            write_companions(simulator, view, &scenery, &region, kept, dir)?;
-        }
-        let began = (job.clock)();
-        let done = if kept || !asked {
-            Done::Kept(view.frame)
-        } else {
-            write_frame(simulator, view, &scenery, &region, dir)?;
-            Done::Written(view.frame)
-        };
+        let began = clock();
+        let ahead = || prepare(number + 1);
+        let (written, prepared) = rayon::join(|| perform(simulator, &task, dir).map(|()| clock()), ahead);
+        let took = written? - began;
+        let Task { view, scenery, region, asked, kept } = task.as_mut();
         if let Some(row) = scenery.ledger.iter_mut().find(|row| row.name == "detector.shot") {
             // means, draw, the detector's other steps and the file together
-            row.ms = ((job.clock)() - began) * 1e3;
+            row.ms = took * 1e3;
         }
-        rendered.truth.extend(truth::of(simulator.scene, view, &scenery, &region));
+        rendered.truth.extend(truth::of(simulator.scene, view, scenery, region));
         rendered.ledger.fold(&scenery.ledger);
         rendered.frames.push(view.frame);
-        (job.done)(&done);
+        (job.done)(&if *kept || !*asked { Done::Kept(view.frame) } else { Done::Written(view.frame) });
+        next = prepared?;
     }
     Ok(rendered)
 }
 
+fn prepare<'v>(
+    simulator: &Simulator,
+    view: &'v View,
+    dir: &OutputDir,
+    frames: &Range<usize>,
+    crop: Option<Region>,
+    clock: &(dyn Fn() -> f64 + Sync),
+) -> Result<Prepared<'v>, RunError> {
+    let asked = frames.contains(&view.frame);
+    if let Some(why) = refused(simulator.scene, view) {
+        return Ok(if asked { Prepared::Skipped(view.frame, why) } else { Prepared::Nothing });
+    }
+    let there = dir.frame(view.frame).exists();
+    if !asked && !there {
+        return Ok(Prepared::Nothing);
+    }
+    let scenery = simulator.timed_scenery(view, clock);
+    let region = match (asked, there) {
+        // a frame of another shard: taken as it is
+        (false, _) => match stored_as(dir, view.frame) {
+            Some(region) => region,
+            None => return Ok(Prepared::Nothing),
+        },
+        (true, _) => crop.unwrap_or_else(|| asked_region(simulator.scene, view.frame, &scenery)),
+    };
+    if region.is_empty() {
+        return Ok(Prepared::Skipped(view.frame, "the crop holds no pixel of this frame".into()));
+    }
+    let kept = there && is_whole(dir, view.frame, simulator.scene_sha());
+    if asked && kept && stored_as(dir, view.frame) != Some(region) {
+        return Err(RunError::Occupied {
+            dir: dir.path().display().to_string(),
+            what: format!("frame {} with other pixels than those asked for", view.frame),
+        });
+    }
+    Ok(Prepared::Task(Box::new(Task { view, scenery, region, asked, kept })))
+}
+
+/// Write what a task asks for and is not there yet. The frame comes last: where it is, everything of it is.
+fn perform(simulator: &Simulator, task: &Task, dir: &OutputDir) -> Result<(), RunError> {
+    if !task.asked {
+        return Ok(());
+    }
+    write_companions(simulator, task.view, &task.scenery, &task.region, task.kept, dir)?;
+    if task.kept { Ok(()) } else { write_frame(simulator, task.view, &task.scenery, &task.region, dir) }
+}
+
 /// The pixels of a frame that the scene's `[output]` asks for.
-fn asked_region(scene: &Scene, scenery: &Scenery) -> Region {
+fn asked_region(scene: &Scene, frame: usize, scenery: &Scenery) -> Region {
+    if scene.output.full_every > 0 && frame.is_multiple_of(scene.output.full_every) {
+        return whole(scene);
+    }
     match scene.output.crop {
         Crop::None => whole(scene),
         Crop::Rect([x0, y0, width, height]) => cut(scene, Region { x0, y0, width, height }),
@@ -142,7 +196,7 @@ fn asked_region(scene: &Scene, scenery: &Scenery) -> Region {
 
 /// `region` without what lies outside the frame.
 pub fn cut(scene: &Scene, region: Region) -> Region {
-    let [width, height] = scene.detector.size_px;
+    let [width, height] = scene.detector.stored_px();
     let (x0, y0) = (region.x0.min(width), region.y0.min(height));
     Region { x0, y0, width: region.width.min(width - x0), height: region.height.min(height - y0) }
 }
@@ -151,10 +205,15 @@ pub fn cut(scene: &Scene, region: Region) -> Region {
 fn stored_as(dir: &OutputDir, number: usize) -> Option<Region> {
     let header = image::keywords(&dir.frame(number)).ok()?;
     let whole = |keyword: &str| header.number(keyword).filter(|v| *v >= 0.0).map(|v| v.round() as usize);
-    Some(Region { x0: whole("CROPX0")?, y0: whole("CROPY0")?, width: whole("NAXIS1")?, height: whole("NAXIS2")? })
+    Some(Region {
+        x0: whole("CROPX0")?,
+        y0: whole("CROPY0")?,
+        width: whole("ZNAXIS1").or_else(|| whole("NAXIS1"))?,
+        height: whole("ZNAXIS2").or_else(|| whole("NAXIS2"))?,
+    })
 }
 
-/// True if the frame is of this scene and its bytes are as they were written: the sum of a whole FITS file is -0.
+/// True if the frame is of this scene and its bytes are as they were written: the sum of each of a FITS file's parts is -0.
 fn is_whole(dir: &OutputDir, number: usize, scene_sha: &str) -> bool {
     let path = dir.frame(number);
     let of_scene = image::keywords(&path).is_ok_and(|h| h.text("SCENESHA").as_deref() == Some(scene_sha));
@@ -183,7 +242,8 @@ fn write_companions(
         }
     }
     if !planes.is_empty() {
-        let (mean, variance) = expose::planes(simulator.scene, scenery, region);
+        let (mean, variance) =
+            expose::planes(&simulator.chip(view, scenery, region), &simulator.scene.detector, region);
         let labelled = simulator.labelled(view, scenery, region);
         for (name, unit, path) in planes {
             let plane = if name == "mean" { &mean } else { &variance };
@@ -195,8 +255,10 @@ fn write_companions(
         let path = dir.numbered("previews", "", number, "png")?;
         if !path.exists() {
             let image = image::Image::read(&dir.frame(number))?;
-            let adu = image.data.iter().map(|v| *v as u16).collect::<Vec<_>>();
-            atomic::write(&path, &preview::png(image.width, image.height, &adu)?)?;
+            let adu = image.data.iter().map(|v| *v as u32).collect::<Vec<_>>();
+            let preview = Preview::new(image.width, image.height);
+            preview.rows(0, &adu);
+            atomic::write(&path, &preview.png()?)?;
         }
     }
     if output.star_table {
@@ -209,7 +271,50 @@ fn write_companions(
     Ok(())
 }
 
-/// Write a frame and its preview. The frame comes last: where it is, everything of it is.
+/// The forms of a frame, filled band by band as it is computed.
+struct Forms {
+    fits: Option<fits::Writer>,
+    /// Compressed rows.
+    fz: Option<Mutex<Vec<Vec<u8>>>>,
+    preview: Option<Preview>,
+    /// Numbers less bias \[e-\].
+    electrons: Option<Mutex<Vec<f32>>>,
+}
+
+impl Forms {
+    fn rows(&self, scene: &Scene, width: usize, first: usize, rows: Rows) -> io::Result<()> {
+        if let Some(fz) = &self.fz {
+            let compressed: Vec<Vec<u8>> = match rows {
+                Rows::U16(rows) => rows.chunks_exact(width).map(fz::compress_row_u16).collect(),
+                Rows::U32(rows) => rows.chunks_exact(width).map(fz::compress_row_u32).collect(),
+            };
+            let mut all = fz.lock().unwrap_or_else(PoisonError::into_inner);
+            all[first..].iter_mut().zip(compressed).for_each(|(row, bytes)| *row = bytes);
+        }
+        match (&self.preview, rows) {
+            (Some(preview), Rows::U16(rows)) => preview.rows(first, rows),
+            (Some(preview), Rows::U32(rows)) => preview.rows(first, rows),
+            (None, _) => {}
+        }
+        if let Some(electrons) = &self.electrons {
+            let d = &scene.detector;
+            let charge = |adu: f64| ((adu - d.bias_adu) * d.gain_e_per_adu) as f32;
+            let mut all = electrons.lock().unwrap_or_else(PoisonError::into_inner);
+            let out = all[first * width..].iter_mut();
+            match rows {
+                Rows::U16(rows) => out.zip(rows).for_each(|(e, adu)| *e = charge(f64::from(*adu))),
+                Rows::U32(rows) => out.zip(rows).for_each(|(e, adu)| *e = charge(f64::from(*adu))),
+            }
+        }
+        let pixels = match rows {
+            Rows::U16(rows) => fits::Pixels::U16(rows),
+            Rows::U32(rows) => fits::Pixels::U32(rows),
+        };
+        self.fits.as_ref().map_or(Ok(()), |file| file.rows(first, pixels))
+    }
+}
+
+/// Write a frame in all the forms asked for, band by band as they are computed; that of the resumption comes last.
 fn write_frame(
     simulator: &Simulator,
     view: &View,
@@ -217,13 +322,37 @@ fn write_frame(
     region: &Region,
     dir: &OutputDir,
 ) -> Result<(), RunError> {
-    let (width, height) = (region.width, region.height);
-    let adu = simulator.pixels(view, scenery, region);
-    if simulator.scene.output.format.iter().any(|format| format == "png") {
-        let path = dir.numbered("previews", "", view.frame, "png")?;
-        atomic::write(&path, &preview::png(width, height, &adu)?)?;
-    }
+    let scene = simulator.scene;
+    let (width, height, bits) = (region.width, region.height, scene.detector.bits);
+    let wide = bits > 16;
     let header = labels::frame(&simulator.labelled(view, scenery, region));
-    fits::write(&dir.frame(view.frame), width, height, fits::Pixels::U16(&adu), &header)?;
-    Ok(())
+    let asked = |form: &str| scene.output.format.iter().any(|format| format == form);
+    let kind = if wide { fits::Kind::U32 } else { fits::Kind::U16 };
+    let plain = dir.frame(view.frame);
+    let forms = Forms {
+        fits: asked("fits").then(|| fits::Writer::create(&plain, width, height, kind, &header)).transpose()?,
+        fz: asked("fits.fz").then(|| Mutex::new(vec![Vec::new(); height])),
+        preview: asked("png").then(|| Preview::new(width, height)),
+        electrons: asked("exr").then(|| Mutex::new(vec![0.0; region.len()])),
+    };
+    let chip = simulator.chip(view, scenery, region);
+    expose::expose(&chip, bits, region, |first, rows| forms.rows(scene, width, first, rows))?;
+    if let Some(preview) = forms.preview {
+        atomic::write(&dir.numbered("previews", "", view.frame, "png")?, &preview.png()?)?;
+    }
+    if let Some(electrons) = forms.electrons {
+        let electrons = electrons.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let mut layers = scenery.layers(region);
+        layers.insert(0, ("electrons".into(), electrons));
+        let channels = layers.iter().map(|(name, plane)| (name.as_str(), Samples::F32(plane))).collect::<Vec<_>>();
+        let bytes = exr_file::encode(width, height, &channels, &header, false)?;
+        atomic::write(&dir.numbered("frames", "", view.frame, "exr")?, &bytes)?;
+    }
+    if let Some(rows) = forms.fz {
+        let rows = rows.into_inner().unwrap_or_else(PoisonError::into_inner);
+        let depth = if wide { fz::Depth::U32 } else { fz::Depth::U16 };
+        let bytes = fz::file(width, height, depth, &rows, &header);
+        atomic::write(&dir.numbered("frames", "", view.frame, "fits.fz")?, &bytes)?;
+    }
+    forms.fits.map_or(Ok(()), |file| Ok(file.finish()?))
 }

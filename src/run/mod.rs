@@ -45,6 +45,8 @@ pub enum RunError {
 #[derive(Debug, Clone)]
 pub struct OutputDir {
     path: PathBuf,
+    /// What ends the name of a frame.
+    extension: &'static str,
 }
 
 impl OutputDir {
@@ -55,7 +57,8 @@ impl OutputDir {
     /// # Errors
     /// [`RunError::Occupied`], or whatever the file system says.
     pub fn prepare(path: &Path, scene: &Scene, force: bool) -> Result<Self, RunError> {
-        let dir = Self { path: path.to_owned() };
+        let plain = scene.output.format.iter().any(|format| format == "fits");
+        let dir = Self { path: path.to_owned(), extension: if plain { "fits" } else { "fits.fz" } };
         if path.is_file() {
             return Err(RunError::Usage(format!("{} is a file, no directory", path.display())));
         }
@@ -120,7 +123,7 @@ impl OutputDir {
 
     /// The file of one frame.
     pub fn frame(&self, number: usize) -> PathBuf {
-        self.frames().join(format!("{number:04}.fits"))
+        self.frames().join(format!("{number:04}.{}", self.extension))
     }
 
     /// The file of one plane, preview or star table.

@@ -209,10 +209,12 @@ impl Look<'_> {
 
     fn output(&self, found: &mut Vec<Fault>) {
         let Some(formats) = self.get("output.format").and_then(Value::as_array) else { return };
-        if !formats.iter().any(|format| format.as_str() == Some("fits")) {
-            found.push(
-                self.fault("output.format", "must contain \"fits\": photometry and resumption read the frames"),
-            );
+        let fits = |format: &Value| matches!(format.as_str(), Some("fits" | "fits.fz"));
+        if !formats.iter().any(fits) {
+            found.push(self.fault(
+                "output.format",
+                "must contain \"fits\" or \"fits.fz\": photometry and resumption read the frames",
+            ));
         }
     }
 
@@ -221,8 +223,12 @@ impl Look<'_> {
             self.get(path)?.as_array()?.iter().map(Value::as_integer).collect()
         };
         let (Some(size), Some(crop)) = (integers("detector.size_px"), integers("output.crop")) else { return };
+        let integer = |path: &str| self.get(path).and_then(Value::as_integer);
+        let binning = integer("detector.binning").unwrap_or(1).max(1);
+        let overscan = integer("detector.overscan_px").unwrap_or(0).max(0);
         if let ([width, height], [x0, y0, w, h]) = (size.as_slice(), crop.as_slice())
-            && (*w < 1 || *h < 1 || x0 + w > *width || y0 + h > *height)
+            && let (width, height) = ((width / binning).max(1) + overscan, (height / binning).max(1))
+            && (*w < 1 || *h < 1 || x0 + w > width || y0 + h > height)
         {
             let message = format!("must be [x0, y0, width, height] within the frame of {width} x {height} px");
             found.push(self.fault("output.crop", &message));

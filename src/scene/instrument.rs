@@ -53,7 +53,7 @@ pub struct Telescope {
     pub aperture_m: f64,
     /// Diameter of the central obstruction, metres; 0 = none.
     pub obstruction_m: f64,
-    /// Arcseconds per stored pixel at the centre; follows from the focal length where that is what was given.
+    /// Arcseconds per unbinned pixel at the centre; follows from the focal length where that is what was given.
     pub plate_scale_arcsec: f64,
     /// Focal length, metres; follows from the plate scale where that is what was given.
     pub focal_length_m: f64,
@@ -141,8 +141,32 @@ pub struct Detector {
     pub overscan_px: usize,
     /// Travel time of the shutter, seconds; 0 = ideal.
     pub shutter_s: f64,
+    /// Time in which a frame is moved under its shield, seconds; 0 = none.
+    pub frame_transfer_s: f64,
+    /// Relative width of the pixels' read noise; of active pixels only.
+    pub cmos_read_noise_spread: Option<f64>,
+    /// Relative spread of the pixels' gain; of active pixels only.
+    pub cmos_gain_spread: Option<f64>,
     /// Seed of the chip's fixed patterns.
     pub pattern_seed: u64,
+}
+
+impl Detector {
+    /// Stored pixels that see light: columns and rows.
+    pub fn light_px(&self) -> [usize; 2] {
+        self.size_px.map(|n| (n / self.binning).max(1))
+    }
+
+    /// Stored pixels, overscan included: columns and rows.
+    pub fn stored_px(&self) -> [usize; 2] {
+        let [width, height] = self.light_px();
+        [width + self.overscan_px, height]
+    }
+
+    /// What a stored pixel holds, electrons: as much as the pixels binned in it.
+    pub fn stored_full_well_e(&self) -> f64 {
+        self.full_well_e * (self.binning * self.binning) as f64
+    }
 }
 
 /// Kind of chip.

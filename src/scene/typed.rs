@@ -27,7 +27,8 @@ section!(Station "station": name latitude_deg longitude_deg height_m pressure_hp
     seeing_arcsec artificial_zenith_mcd_m2 light_atlas light_domes extinction ground_albedo horizon_deg scintillation);
 section!(Detector "detector": size_px pixel_um kind binning qe gain_e_per_adu read_noise_e dark_e_per_s
     dark_temperature_c temperature_c dark_doubling_c bias_adu bias_structure_adu full_well_e bits prnu dsnu
-    hot_pixel_fraction blooming cosmic_rays_per_cm2_s cti nonlinearity overscan_px shutter_s pattern_seed);
+    hot_pixel_fraction blooming cosmic_rays_per_cm2_s cti nonlinearity overscan_px shutter_s frame_transfer_s
+    cmos_read_noise_spread cmos_gain_spread pattern_seed);
 section!(PlanLimits "plan": min_el_deg max_sun_el_deg min_moon_sep_deg sunlit limit_mag_v min_snr);
 section!(Sky "sky": airglow pollution twilight starlight moonlight zodiacal f107_sfu tilt);
 section!(Stars "stars": enabled catalog synthetic limit_mag_v random_count random_mag_v random_seed);

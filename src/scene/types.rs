@@ -52,6 +52,13 @@ pub struct Scene {
     pub(super) inputs: Vec<InputFile>,
 }
 
+impl Scene {
+    /// Arcseconds per stored pixel at the centre.
+    pub fn stored_scale_arcsec(&self) -> f64 {
+        self.telescope.plate_scale_arcsec * self.detector.binning as f64
+    }
+}
+
 /// A file the scene names. Its content is part of the scene: the hash enters SCENESHA.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct InputFile {

@@ -111,7 +111,7 @@ impl<'a> Context<'a> {
         exposure_s: f64,
     ) -> Self {
         // on the observed sky; astrometric scales are stretched by differential refraction
-        let pixel_rad = scene.telescope.plate_scale_arcsec * ARCSEC;
+        let pixel_rad = scene.stored_scale_arcsec() * ARCSEC;
         Self { scene, response, now, field, exposure_s, pixel_sr: pixel_rad * pixel_rad }
     }
 

@@ -5,6 +5,7 @@
 
 use super::Source;
 use super::context::toward;
+use crate::base::simd::Path;
 use crate::plan::view::View;
 use crate::scene::Scene;
 use glam::DVec2;
@@ -33,7 +34,7 @@ impl SkyField {
         tolerance: f64,
         clock: &dyn Fn() -> f64,
     ) -> Self {
-        let [width, height] = scene.detector.size_px.map(|n| n as f64);
+        let [width, height] = scene.detector.light_px().map(|n| n as f64);
         let size = DVec2::new(width, height);
         let mut seconds = vec![0.0; sources.len()];
         let mut cells = 2;
@@ -95,18 +96,52 @@ impl SkyField {
         row(j) + fy * (row(j + 1) - row(j))
     }
 
-    /// Means of the pixels from `x0` on in row `y`, written to `out`.
-    pub fn fill_row(&self, y: usize, x0: usize, out: &mut [f64]) {
+    /// Means of the pixels from `x0` on in row `y`, added to `out`.
+    pub fn add_row(&self, y: usize, x0: usize, out: &mut [f64]) {
         let (j, fy) = self.cell(y as f64, self.size.y);
         let node = |i: usize| {
             let k = j * (self.cells + 1) + i;
             self.nodes[k] + fy * (self.nodes[k + self.cells + 1] - self.nodes[k])
         };
-        for (x, value) in (x0..).zip(out) {
-            let (i, fx) = self.cell(x as f64, self.size.x);
-            let left = node(i);
-            *value = left + fx * (node(i + 1) - left);
+        let per_pixel = self.cells as f64 / (self.size.x - 1.0).max(1.0);
+        // the first pixel beyond cell i
+        let end = |i: usize| {
+            if i + 1 < self.cells { ((i + 1) as f64 / per_pixel).ceil() as usize } else { usize::MAX }
+        };
+        let (mut x, mut left) = (x0, out);
+        let mut i = self.cell(x as f64, self.size.x).0;
+        while i > 0 && x < end(i - 1) {
+            i -= 1;
         }
+        while !left.is_empty() {
+            while x >= end(i) {
+                i += 1;
+            }
+            let (now, later) = left.split_at_mut((end(i) - x).min(left.len()));
+            let (value, slope) = (node(i), node(i + 1) - node(i));
+            let (first, cell) = (x as i32, i as f64);
+            Path::best().run(
+                #[inline(always)]
+                || {
+                    for (k, pixel) in now.iter_mut().enumerate() {
+                        let fx = f64::from(first + k as i32) * per_pixel - cell;
+                        *pixel += value + fx * slope;
+                    }
+                },
+            );
+            x += now.len();
+            left = later;
+        }
+    }
+
+    /// The largest mean at a node \[e-/px\].
+    pub fn largest(&self) -> f64 {
+        self.nodes.iter().fold(0.0, |most, node| node.max(most))
+    }
+
+    /// Columns of the frame.
+    pub fn width(&self) -> usize {
+        self.size.x as usize
     }
 
     /// Size of the representation \[bytes\].

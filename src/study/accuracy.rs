@@ -30,7 +30,7 @@ use glam::DVec2;
 pub fn rows(
     simulator: &Simulator,
     view: &View,
-    clock: &dyn Fn() -> f64,
+    clock: &(dyn Fn() -> f64 + Sync),
 ) -> Result<Vec<AccuracyRow>, SimulateError> {
     let mut rows = astro_accuracy::rows(&simulator.planner, &view.mid, clock).map_err(PlanError::from)?;
     rows.extend(sky_rows(simulator, view, clock));
@@ -41,13 +41,13 @@ pub fn rows(
     Ok(rows)
 }
 
-fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+fn sky_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Vec<AccuracyRow> {
     const SAMPLES: usize = 23;
     let context = simulator.sky_context(view);
     let sources = sky::sources(&context, &Drawn::None);
     let present =
         sources.iter().filter(|s| s.assess(&context.field).is_needed()).map(|s| &**s).collect::<Vec<_>>();
-    let [width, height] = simulator.scene.detector.size_px.map(|n| n as f64 - 1.0);
+    let [width, height] = simulator.scene.detector.light_px().map(|n| n as f64 - 1.0);
     let size = DVec2::new(width + 1.0, height + 1.0);
     let share = |i: usize| (i as f64 + 0.5) / SAMPLES as f64;
     let pixels = (0..SAMPLES * SAMPLES)
@@ -69,7 +69,7 @@ fn sky_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<
         .into()
 }
 
-fn moonlight_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+fn moonlight_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Vec<AccuracyRow> {
     if view.moon.body.horizontal.elevation <= 0.0 {
         return Vec::new();
     }
@@ -97,7 +97,7 @@ fn moonlight_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -
         .into()
 }
 
-fn airmass_row(simulator: &Simulator, clock: &dyn Fn() -> f64) -> AccuracyRow {
+fn airmass_row(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> AccuracyRow {
     let (throughput, solar) = (&simulator.response.throughput, tables::solar_of_v_zero());
     let airmasses = (0..60).map(|k| 1.0 + 0.0007 * f64::from(k * k)).collect::<Vec<_>>();
     let rate = simulator.response.stars.solar();
@@ -111,7 +111,7 @@ fn airmass_row(simulator: &Simulator, clock: &dyn Fn() -> f64) -> AccuracyRow {
     row
 }
 
-fn psf_rows(simulator: &Simulator, view: &View, clock: &dyn Fn() -> f64) -> Vec<AccuracyRow> {
+fn psf_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Vec<AccuracyRow> {
     let scenery = simulator.scenery(view);
     let profile = *scenery.psf.profile();
     let chosen = simulator.scene.accuracy.psf;

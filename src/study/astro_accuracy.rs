@@ -21,7 +21,11 @@ use std::hint::black_box;
 const SAMPLES: usize = 200;
 
 /// Rows about the day of an instant.
-pub(super) fn rows(planner: &Planner, t: &Instant, clock: &dyn Fn() -> f64) -> Result<Vec<AccuracyRow>, Error> {
+pub(super) fn rows(
+    planner: &Planner,
+    t: &Instant,
+    clock: &(dyn Fn() -> f64 + Sync),
+) -> Result<Vec<AccuracyRow>, Error> {
     let times = (0..SAMPLES).map(|k| t.plus((k as f64 - 0.5 * SAMPLES as f64) * 431.7)).collect::<Vec<_>>();
     let mut rows = Vec::new();
     let exact = times.iter().map(Orientation::reference).collect::<Result<Vec<_>, _>>()?;
@@ -96,7 +100,7 @@ fn vectors(
     setting: &str,
     bytes: usize,
     times: &[Instant],
-    clock: &dyn Fn() -> f64,
+    clock: &(dyn Fn() -> f64 + Sync),
     fast: &dyn Fn(&Instant) -> DVec3,
     slow: &dyn Fn(&Instant) -> DVec3,
 ) -> [AccuracyRow; 2] {

@@ -28,7 +28,7 @@ pub struct Explanation {
 ///
 /// # Errors
 /// [`SimulateError`] if the scene cannot be simulated.
-pub fn explain(simulator: &Simulator, clock: &dyn Fn() -> f64) -> Result<Explanation, SimulateError> {
+pub fn explain(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Result<Explanation, SimulateError> {
     let scene = simulator.scene;
     let mut ledger = Ledger::default();
     let mut noise: Vec<(String, f64)> = Vec::new();

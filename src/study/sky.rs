@@ -106,7 +106,7 @@ impl<'a> Sky<'a> {
     fn of_zero_mag(&self, band: &str) -> f64 {
         let vega = tables::vega();
         let flux = crate::base::units::flux_from_mag(tables::magnitude(&vega, &tables::passband(band)));
-        let arcsec = self.simulator.scene.telescope.plate_scale_arcsec;
+        let arcsec = self.simulator.scene.stored_scale_arcsec();
         self.response.throughput.electrons_per_s(&vega, 0.0) / flux * arcsec * arcsec
     }
 }

@@ -10,21 +10,52 @@ pub struct Converter {
     top_adu: f64,
 }
 
+/// A number of the converter as stored: 16 or 32 bits, unsigned.
+pub trait Number: Copy + Default + Send + Sync {
+    /// The number, which lies within its range.
+    fn of(adu: f64) -> Self;
+}
+
+impl Number for u16 {
+    #[inline(always)]
+    fn of(adu: f64) -> Self {
+        // by way of i32, for which all machines have an instruction
+        adu as i32 as u16
+    }
+}
+
+impl Number for u32 {
+    #[inline(always)]
+    fn of(adu: f64) -> Self {
+        adu as u32
+    }
+}
+
 impl Converter {
     /// The converter of a detector.
     pub fn of(detector: &Detector) -> Self {
         Self {
             gain_e_per_adu: detector.gain_e_per_adu,
             bias_adu: detector.bias_adu,
-            top_adu: f64::from(((1u64 << detector.bits) - 1).min(u64::from(u16::MAX)) as u32),
+            top_adu: ((1u64 << detector.bits) - 1) as f64,
         }
     }
 
-    /// Numbers \[ADU\] of charges \[e-\].
-    pub fn apply(&self, row: &[f64], out: &mut [u16]) {
+    /// Numbers \[ADU\] of charges \[e-\], halves rounded up.
+    #[inline(always)]
+    pub fn apply<N: Number>(&self, row: &[f64], out: &mut [N]) {
         for (adu, electrons) in out.iter_mut().zip(row) {
-            // a cast from float to integer cuts at the range of u16
-            *adu = (electrons / self.gain_e_per_adu + self.bias_adu + 0.5).floor().clamp(0.0, self.top_adu) as u16;
+            let level = electrons / self.gain_e_per_adu + self.bias_adu + 0.5;
+            let level = if level > 0.0 { level } else { 0.0 };
+            *adu = N::of(if level < self.top_adu { level } else { self.top_adu });
+        }
+    }
+
+    /// The same with an offset of each pixel \[ADU\] and a factor of its gain.
+    pub fn apply_uneven<N: Number>(&self, row: &[f64], offsets: &[f64], gains: &[f64], out: &mut [N]) {
+        for (((adu, electrons), offset), gain) in out.iter_mut().zip(row).zip(offsets).zip(gains) {
+            let level = electrons / (self.gain_e_per_adu * gain) + self.bias_adu + offset + 0.5;
+            *adu = N::of(level.max(0.0).min(self.top_adu));
         }
     }
 
