@@ -166,8 +166,11 @@ impl<'c> Chip<'c> {
         let trail = self.transfer.map_or(0, |[_, along]| along.trail());
         let needed = region.x0.saturating_sub(trail)..(region.x0 + region.width).min(self.size[0]);
         let level = if self.dark.mean_e() > 0.0 { safe - self.dark.mean_e() } else { safe };
-        let strips =
-            if level <= 0.0 { Vec::from_iter([0..self.size[0]]) } else { self.light.bright_columns(level) };
+        let strips = if level <= 0.0 {
+            std::iter::once(0..self.size[0]).collect()
+        } else {
+            self.light.bright_columns(level)
+        };
         let touched = strips.into_iter().map(|s| s.start.max(needed.start)..s.end.min(needed.end));
         let full_well = self.full_well_e.min(f64::from(u32::MAX)) as u32;
         touched

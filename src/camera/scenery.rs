@@ -271,7 +271,7 @@ impl Incident for Scenery {
         let width = self.sky.width();
         let free = level_e - self.sky.largest();
         if free <= 0.0 {
-            return Vec::from_iter([0..width]);
+            return std::iter::once(0..width).collect();
         }
         let mut columns = Vec::new();
         for source in self.stars.iter().chain(&self.targets) {
