@@ -3,6 +3,7 @@
 use crate::base::ledger::Row;
 use crate::camera::chip::Chip;
 use crate::camera::expose::{self, Rows};
+use crate::camera::optics::Optics;
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
@@ -28,6 +29,9 @@ pub enum SimulateError {
     /// A table of the scene cannot be used.
     #[error(transparent)]
     Throughput(#[from] ThroughputError),
+    /// The image of a point cannot be used.
+    #[error("telescope.psf: {0}")]
+    Psf(String),
     /// The star catalogue cannot be read.
     #[error("stars.catalog: {0}")]
     Catalogue(#[from] CatalogueError),
@@ -56,6 +60,7 @@ pub struct Simulator<'a> {
     pub planner: Planner<'a>,
     /// From light to electrons.
     pub response: Response,
+    optics: Optics,
     catalogue: Catalogue,
     scene_sha: String,
 }
@@ -66,10 +71,12 @@ impl<'a> Simulator<'a> {
     /// # Errors
     /// [`SimulateError`] for elements, tables or catalogues that cannot be used.
     pub fn new(scene: &'a Scene) -> Result<Self, SimulateError> {
+        let response = Response::new(scene, Throughput::of(scene)?)?;
         Ok(Self {
             scene,
             planner: Planner::new(scene)?,
-            response: Response::new(scene, Throughput::of(scene)?)?,
+            optics: Optics::new(scene, &response.throughput).map_err(SimulateError::Psf)?,
+            response,
             catalogue: catalogue(scene)?,
             scene_sha: scene.sha256(),
         })
@@ -92,7 +99,7 @@ impl<'a> Simulator<'a> {
 
     /// The means of one exposure, with times in its ledger by a `clock` that gives seconds since some moment.
     pub fn timed_scenery(&self, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Scenery {
-        Scenery::new(self.scene, view, &self.response, &self.catalogue, clock)
+        Scenery::new(self.scene, view, &self.response, &self.optics, &self.catalogue, clock)
     }
 
     /// The chip in one exposure, ready for the pixels of `region`.

@@ -8,6 +8,7 @@ pub mod ledger;
 pub mod nodes;
 pub mod poisson;
 pub mod poisson_cdf;
+pub mod quadrature;
 pub mod random;
 pub mod sample;
 pub mod simd;

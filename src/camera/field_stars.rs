@@ -28,6 +28,18 @@ pub fn frame_pixels(scene: &Scene) -> f64 {
     (scene.detector.light_px()[0] * scene.detector.light_px()[1]) as f64
 }
 
+/// Electrons of `sources` that fall inside the frame, of a trail in parts.
+pub fn inside<'s>(scene: &Scene, sources: impl Iterator<Item = &'s PointSource>) -> f64 {
+    const PARTS: usize = 8;
+    let [width, height] = scene.detector.light_px().map(|n| n as f64 - 0.5);
+    let within = |p: DVec2| p.x >= -0.5 && p.y >= -0.5 && p.x < width && p.y < height;
+    let share = |path: &Path| {
+        let middle = |k: usize| path.at((k as f64 + 0.5) / PARTS as f64);
+        (0..PARTS).filter(|k| within(middle(*k))).count() as f64 / PARTS as f64
+    };
+    sources.map(|s| s.electrons * share(&s.path)).sum()
+}
+
 /// The path of an astrometric direction at rest among the stars, if it is in front of the camera.
 fn star_path(view: &View, icrs: DVec3) -> Option<Path> {
     let pixel = |wcs: &crate::plan::wcs::Wcs| wcs.pixel(icrs);

@@ -1,9 +1,12 @@
-//! The image of a point: a circular profile integrated over pixels, and its trail along a path.
+//! The image of a point: a profile integrated over pixels, and its trail along a path.
 //!
 //! The response of a pixel at offset d, the profile integrated over the unit square about d, is tabulated on a
-//! grid finer than a pixel ([`super::planes`]). A trail is the sum of stamps along the path with Gauss-Legendre weights. [`Psf::reference`] is the slow twin: direct quadrature of the profile.
+//! grid finer than a pixel ([`super::planes`]). The profile is cut at a square about the point, so that the cut moves with it: all the
+//! light of the square is drawn at every place, and its centroid is that place. Fainter points have smaller squares, scaled to the
+//! same light. A trail is the sum of stamps along the path with Gauss-Legendre weights. [`Psf::reference`] is the slow twin: direct
+//! quadrature of the profile.
 //!
-//! Valid for FWHM from 0.7 px; the share of light outside the stamp is told by [`Psf::lost`].
+//! The share of light outside the largest square is told by [`Psf::lost`].
 
 use super::path::Path;
 use super::planes::Planes;
@@ -19,8 +22,14 @@ const GAUSS_4: [(f64, f64); 4] = [
     (0.930_568_155_797_026_3, 0.173_927_422_568_726_93),
 ];
 
-/// Largest table of a point's image \[values\]: 64 MiB. Fainter wings are cut, and [`Psf::lost`] tells how much.
-const LARGEST_TABLE: usize = 8 << 20;
+/// Largest table of a point's image \[values\]: 16 MiB. Fainter wings are cut, and [`Psf::lost`] tells how much.
+const LARGEST_TABLE: usize = 2 << 20;
+/// Smallest square of a faint point: half its side \[px\], and that over the FWHM.
+const SMALLEST: [f64; 2] = [4.0, 1.3];
+/// Images wider than this may have a table four times as large: it has few points to a pixel \[px\].
+const WIDE: f64 = 32.0;
+/// Cells of the grid across the FWHM, where the grid may be so fine.
+const ACROSS: f64 = 16.0;
 
 /// Offset of the two Gauss points from the middle of a unit interval.
 const GAUSS_2: f64 = 0.288_675_134_594_812_9;
@@ -29,51 +38,78 @@ const GAUSS_2: f64 = 0.288_675_134_594_812_9;
 #[derive(Debug, Clone)]
 pub struct Psf {
     profile: Profile,
-    radius: usize,
     /// Grid points per pixel.
     fine: usize,
-    planes: Planes,
-    /// Share of a centred point's light within each half-side of a stamp \[px\].
-    held: Vec<f64>,
+    /// Squares about the point, the smallest first.
+    squares: Vec<Square>,
+    lost: f64,
 }
 
-/// A point's light, drawn in a stamp of its own size.
+/// The image cut at a square.
+#[derive(Debug, Clone)]
+struct Square {
+    /// Half the side, less half a pixel \[px\].
+    radius: usize,
+    planes: Planes,
+    /// Largest response on its rim \[1/px\].
+    rim: f64,
+}
+
+/// A point's light, drawn in a square of its own size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stamp {
-    /// Half the side \[px\].
-    pub radius: usize,
-    /// Electrons that the endless image must have for the stamp to hold all of the point's.
+    /// Number of the square.
+    pub square: usize,
+    /// Electrons over an endless plane.
     pub electrons: f64,
 }
 
+/// Grid points per pixel for an image of width `fwhm`.
+fn fineness(fwhm: f64) -> usize {
+    ((ACROSS / fwhm).ceil() as usize).next_power_of_two().clamp(2, 64)
+}
+
+/// Half the side of the largest square for an image of width `fwhm` \[px\].
+fn largest(fwhm: f64) -> f64 {
+    let values = LARGEST_TABLE as f64 * if fwhm > WIDE { 4.0 } else { 1.0 };
+    (values.sqrt() / fineness(fwhm) as f64 - 9.0) / 2.0
+}
+
+/// How far from the point an image of width `fwhm` is asked for \[px\].
+pub fn farthest(fwhm: f64) -> f64 {
+    std::f64::consts::SQRT_2 * (largest(fwhm) + 2.0)
+}
+
 impl Psf {
-    /// The image of `profile` with at most the share `outside` of its light outside the stamp.
+    /// The image of `profile` with at most the share `outside` of its light outside the largest square, as far as that fits
+    /// into memory.
     pub fn new(profile: Profile, outside: f64) -> Self {
-        let fwhm = profile.fwhm();
-        let fine = ((16.0 / fwhm).ceil() as usize).next_power_of_two().clamp(2, 64);
-        let widest = ((LARGEST_TABLE as f64).sqrt() / (fine as f64) - 5.0) / 2.0;
-        let radius = profile.radius(outside).ceil().min(widest).max(2.0) as usize;
-        let half = (radius + 2) * fine;
-        let response = response_quadrant(&profile, fine, half);
-        let planes = Planes::new(fine, [radius; 2], |origin, [width, _], plane| {
-            let grid = |q: usize, origin: f64| ((q as f64 - origin) * fine as f64).round().abs() as usize;
-            for (k, value) in plane.iter_mut().enumerate() {
-                let (gx, gy) = (grid(k % width, origin.x), grid(k / width, origin.y));
-                *value = if gy <= half && gx <= half { response[gy * (half + 1) + gx] } else { 0.0 };
-            }
-        });
-        let mut psf = Self { profile, radius, fine, planes, held: vec![0.0; radius + 1] };
-        let region = Region { x0: 0, y0: 0, width: 2 * radius + 1, height: 2 * radius + 1 };
-        let mut image = vec![0.0; region.len()];
-        psf.add_point(DVec2::splat(radius as f64), psf.whole(1.0), &region, &mut image);
-        for (k, value) in image.iter().enumerate() {
-            let ring = (k % region.width).abs_diff(radius).max((k / region.width).abs_diff(radius));
-            psf.held[ring] += value;
+        let fine = fineness(profile.fwhm());
+        let radius = profile.radius(outside).ceil().min(largest(profile.fwhm())).max(2.0) as usize;
+        let mut radii = vec![radius];
+        let smallest = SMALLEST[0].max(SMALLEST[1] * profile.fwhm());
+        while let Some(last) = radii.last().filter(|r| (**r / 2) as f64 >= smallest) {
+            radii.push(last / 2);
         }
-        for r in 1..=radius {
-            psf.held[r] += psf.held[r - 1];
-        }
-        psf
+        let cells = Cells::new(&profile, fine, radius);
+        let held = cells.sum(radius);
+        let share = held.min(1.0);
+        let square = |radius: &usize| {
+            let (response, rim) = cells.response(*radius, share / cells.sum(*radius));
+            let reach = reach(*radius, fine);
+            let grid = Response::half(*radius, fine) as i64;
+            let planes = Planes::new(fine, [reach; 2], |origin, [width, _], plane| {
+                let place = |q: usize, origin: f64| ((q as f64 - origin) * fine as f64).round() as i64;
+                for (k, value) in plane.iter_mut().enumerate() {
+                    let (gx, gy) = (place(k % width, origin.x), place(k / width, origin.y));
+                    let inside = gx.abs() <= grid && gy.abs() <= grid;
+                    *value = if inside { response.at(gx, gy) } else { 0.0 };
+                }
+            });
+            Square { radius: *radius, planes, rim }
+        };
+        let squares = radii.iter().rev().map(square).collect();
+        Self { profile, fine, squares, lost: 1.0 - share }
     }
 
     /// The profile behind the table.
@@ -81,39 +117,37 @@ impl Psf {
         &self.profile
     }
 
-    /// Share of a centred point's light outside its stamp.
+    /// Share of a point's light that is not drawn.
     pub fn lost(&self) -> f64 {
-        (1.0 - self.held[self.radius]).max(0.0)
+        self.lost
     }
 
-    /// The largest stamp, its light as it is.
+    /// The largest stamp.
     pub fn whole(&self, electrons: f64) -> Stamp {
-        Stamp { radius: self.radius, electrons }
+        Stamp { square: self.squares.len() - 1, electrons }
     }
 
-    /// A stamp of half-side `radius` that holds all of a point's light.
-    pub fn stamp_of(&self, electrons: f64, radius: usize) -> Stamp {
-        let radius = radius.min(self.radius);
-        let held = if radius < self.radius { self.held[radius] } else { 1.0 };
-        Stamp { radius, electrons: electrons / held }
-    }
-
-    /// The smallest stamp outside which a point of so many electrons gives less than `edge` \[e-/px\]; the light beyond is
-    /// drawn within, so that none is lost.
+    /// The smallest stamp on whose rim a point of so many electrons gives less than `edge` \[e-/px\]; the light beyond is
+    /// drawn within.
     pub fn stamp(&self, electrons: f64, edge: f64) -> Stamp {
-        let faint = |r: usize| electrons * self.profile.density((r * r) as f64) < edge;
-        // the profile falls outwards
-        self.stamp_of(electrons, (2..self.radius).find(|r| faint(*r)).unwrap_or(self.radius))
+        let last = self.squares.len() - 1;
+        let square = self.squares[..last].iter().position(|s| electrons * s.rim < edge).unwrap_or(last);
+        Stamp { square, electrons }
     }
 
-    /// Half the side of a stamp \[px\].
+    /// How far a stamp reaches from its point \[px\].
+    pub fn reach(&self, stamp: Stamp) -> usize {
+        reach(self.squares[stamp.square].radius, self.fine)
+    }
+
+    /// How far the largest stamp reaches from its point \[px\].
     pub fn radius(&self) -> usize {
-        self.radius
+        self.reach(self.whole(1.0))
     }
 
-    /// Size of the table \[bytes\].
+    /// Size of the tables \[bytes\].
     pub fn bytes(&self) -> usize {
-        self.planes.bytes()
+        self.squares.iter().map(|s| s.planes.bytes()).sum()
     }
 
     /// Add `electrons` moving along `path` to the pixels of `region`.
@@ -136,7 +170,7 @@ impl Psf {
         let middle = 0.5 * (from + to);
         let arc = Path { start: path.at(from), mid: path.at(middle), end: path.at(to) };
         let (low, high) = arc.bounds();
-        let reach = stamp.radius as f64 + 1.0;
+        let reach = self.reach(stamp) as f64 + 1.0;
         let far = DVec2::new((region.x0 + region.width) as f64, (region.y0 + region.height) as f64) + reach;
         let near = DVec2::new(region.x0 as f64, region.y0 as f64) - reach;
         if !(low.cmple(far).all() && high.cmpge(near).all()) {
@@ -161,7 +195,8 @@ impl Psf {
 
     /// Add a stamp at a point to the pixels of `region`.
     pub fn add_point(&self, at: DVec2, stamp: Stamp, region: &Region, out: &mut [f64]) {
-        self.planes.add(at, [stamp.radius; 2], stamp.electrons, region, out);
+        let planes = &self.squares[stamp.square].planes;
+        planes.add(at, planes.radius(), stamp.electrons, region, out);
     }
 
     /// The slow twin: the share of a moving point's light in a pixel, by direct quadrature of the profile with `n`
@@ -173,8 +208,7 @@ impl Psf {
             let at = path.at(middle(step, steps));
             for j in 0..n {
                 for i in 0..n {
-                    let d = pixel + DVec2::new(middle(i, n), middle(j, n)) - 0.5 - at;
-                    sum += profile.density(d.length_squared());
+                    sum += profile.density(pixel + DVec2::new(middle(i, n), middle(j, n)) - 0.5 - at);
                 }
             }
         }
@@ -182,58 +216,152 @@ impl Psf {
     }
 }
 
-/// The response of a pixel at offsets (j, i) / fine, for 0 <= i, j <= half, by rows.
-fn response_quadrant(profile: &Profile, fine: usize, half: usize) -> Vec<f64> {
-    let step = 1.0 / fine as f64;
-    // integrals over cells of the fine grid; cell k covers k .. k+1 steps; negative ones by symmetry
-    let cells = half + fine;
-    let mut cell = vec![0.0; cells * cells];
-    for j in 0..cells {
-        for i in 0..=j {
+/// Pixels from a point's to the farthest that its square reaches, the stencil of the interpolation included.
+fn reach(radius: usize, fine: usize) -> usize {
+    radius + if fine < 4 { 2 } else { 1 }
+}
+
+/// The profile integrated over the cells of the fine grid.
+struct Cells {
+    fine: usize,
+    /// Cells from the point to the rim.
+    half: usize,
+    /// By rows, 2 `half` of them.
+    values: Vec<f64>,
+}
+
+impl Cells {
+    fn new(profile: &Profile, fine: usize, radius: usize) -> Self {
+        let half = radius * fine + fine / 2;
+        let step = 1.0 / fine as f64;
+        let fwhm = profile.fwhm();
+        // the core of an image narrower than the grid can follow
+        let core = 4.0 * fwhm;
+        let parts = (ACROSS * step / fwhm).ceil().clamp(1.0, 8.0);
+        let integral = |i: i64, j: i64| {
+            let centre = DVec2::new(i as f64 + 0.5, j as f64 + 0.5) * step;
+            let n = if centre.length() < core { parts } else { 1.0 };
             let mut sum = 0.0;
-            for y in [-GAUSS_2, GAUSS_2] {
-                for x in [-GAUSS_2, GAUSS_2] {
-                    let (dy, dx) = ((j as f64 + 0.5 + y) * step, (i as f64 + 0.5 + x) * step);
-                    sum += profile.density(dx * dx + dy * dy);
+            for y in 0..n as usize {
+                for x in 0..n as usize {
+                    let corner = (DVec2::new(x as f64, y as f64) + 0.5) / n - 0.5;
+                    for gy in [-GAUSS_2, GAUSS_2] {
+                        for gx in [-GAUSS_2, GAUSS_2] {
+                            sum += profile.density(centre + (corner + DVec2::new(gx, gy) / n) * step);
+                        }
+                    }
                 }
             }
-            cell[j * cells + i] = 0.25 * sum * step * step;
-            cell[i * cells + j] = cell[j * cells + i];
+            0.25 * sum * step * step / (n * n)
+        };
+        let side = 2 * half;
+        let mut values = vec![0.0; side * side];
+        let signed = half as i64;
+        if profile.is_circular() {
+            for j in 0..half {
+                for i in 0..=j {
+                    let value = integral(i as i64, j as i64);
+                    for (x, y) in [(i, j), (j, i)] {
+                        for (x, y) in [(half + x, half + y), (half - 1 - x, half + y)] {
+                            values[y * side + x] = value;
+                            values[(side - 1 - y) * side + x] = value;
+                        }
+                    }
+                }
+            }
+        } else {
+            for (k, value) in values.iter_mut().enumerate() {
+                *value = integral((k % side) as i64 - signed, (k / side) as i64 - signed);
+            }
         }
+        Self { fine, half, values }
     }
-    // a pixel spans fine / 2 steps to both sides: sums of `fine` cells, along x, then along y
-    let span = (fine / 2) as i64;
-    let window = |row: &dyn Fn(usize) -> f64, g: usize| {
-        (g as i64 - span..g as i64 + span)
-            .map(|k| row(if k < 0 { (-1 - k) as usize } else { k as usize }))
-            .sum::<f64>()
-    };
-    let mut along_x = vec![0.0; cells * (half + 1)];
-    for j in 0..cells {
-        for g in 0..=half {
-            along_x[j * (half + 1) + g] = window(&|k| cell[j * cells + k], g);
+
+    /// Rows and columns of the cells inside the square of a radius.
+    fn inside(&self, radius: usize) -> std::ops::Range<usize> {
+        let half = radius * self.fine + self.fine / 2;
+        self.half - half..self.half + half
+    }
+
+    /// Light inside a square.
+    fn sum(&self, radius: usize) -> f64 {
+        let inside = self.inside(radius);
+        inside.clone().map(|j| self.values[j * 2 * self.half..][inside.clone()].iter().sum::<f64>()).sum()
+    }
+
+    /// The response of a pixel to what lies inside the square of a radius, times `scale`, and the largest on the square's rim.
+    fn response(&self, radius: usize, scale: f64) -> (Response, f64) {
+        let grid = Response::half(radius, self.fine);
+        let side = 2 * grid + 1;
+        let inside = self.inside(radius);
+        // sums of the cells under a pixel centred at each grid point, along x, then along y
+        let window = |g: usize, line: &dyn Fn(usize) -> f64| {
+            let first = (self.half + g) as i64 - grid as i64 - (self.fine / 2) as i64;
+            let from = first.max(inside.start as i64);
+            let to = (first + self.fine as i64).min(inside.end as i64);
+            (from..to).map(|cell| line(cell as usize)).sum::<f64>()
+        };
+        let rows = 2 * self.half;
+        let mut along_x = vec![0.0; rows * side];
+        for j in inside.clone() {
+            for g in 0..side {
+                along_x[j * side + g] = window(g, &|cell| self.values[j * rows + cell]);
+            }
         }
-    }
-    let mut response = vec![0.0; (half + 1) * (half + 1)];
-    for g in 0..=half {
-        for i in 0..=half {
-            response[g * (half + 1) + i] = window(&|k| along_x[k * (half + 1) + i], g);
+        let mut values = vec![0.0; side * side];
+        for g in 0..side {
+            for i in 0..side {
+                values[g * side + i] = scale * window(g, &|cell| along_x[cell * side + i]);
+            }
         }
+        let response = Response { grid: grid as i64, side, values };
+        // a whole pixel inside the rim
+        let rim = (radius * self.fine) as i64;
+        let on_rim = (-rim..=rim).flat_map(|k| [(k, rim), (k, -rim), (rim, k), (-rim, k)]);
+        let rim = on_rim.fold(0.0f64, |most, (x, y)| most.max(response.at(x, y)));
+        (response, rim)
     }
-    response
+}
+
+/// Responses of a pixel at the points of the fine grid about a point.
+struct Response {
+    grid: i64,
+    side: usize,
+    values: Vec<f64>,
+}
+
+impl Response {
+    /// Grid points from the point to the last pixel that sees its square.
+    fn half(radius: usize, fine: usize) -> usize {
+        (radius + 1) * fine
+    }
+
+    fn at(&self, x: i64, y: i64) -> f64 {
+        self.values[(y + self.grid) as usize * self.side + (x + self.grid) as usize]
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::psf_image::PsfImage;
+    use crate::camera::radial::Radial;
+    use std::sync::Arc;
 
-    fn profiles() -> [Profile; 5] {
-        let gaussian = |fwhm: f64| Profile::Gaussian { sigma: fwhm / 2.354_820_045 };
-        let moffat = |fwhm: f64, beta: f64| Profile::Moffat {
-            alpha: 0.5 * fwhm / (2f64.powf(1.0 / beta) - 1.0).sqrt(),
-            beta,
-        };
-        [gaussian(0.7), gaussian(2.0), gaussian(6.0), moffat(2.0, 3.0), moffat(3.3, 2.5)]
+    fn profiles() -> Vec<Profile> {
+        let airy = |width: f64| Radial::airy(&[[width, 0.5], [width * 1.2, 0.5]], 0.4, farthest(width));
+        let seeing = Radial::kolmogorov(3.0, 0.5, 0.4, farthest(3.0));
+        let square = PsfImage::new([9, 9], (0..81).map(|k| f64::from(k % 9 + 3)).collect(), 4.0);
+        vec![
+            Profile::gaussian(0.7),
+            Profile::gaussian(2.0),
+            Profile::gaussian(6.0),
+            Profile::moffat(2.0, 3.0),
+            Profile::moffat(3.3, 2.5),
+            Profile::Radial(Arc::new(airy(2.0))),
+            Profile::Radial(Arc::new(seeing)),
+            Profile::Image(Arc::new(square.expect("an image"))),
+        ]
     }
 
     const FRAME: Region = Region { x0: 0, y0: 0, width: 256, height: 256 };
@@ -247,35 +375,48 @@ mod tests {
     #[test]
     fn points_agree_with_direct_quadrature_at_every_phase() {
         for profile in profiles() {
-            let psf = Psf::new(profile, 1e-4);
+            let psf = Psf::new(profile.clone(), 1e-4);
             for (fx, fy) in [(0.0, 0.0), (0.5, 0.5), (0.13, -0.41), (-0.499, 0.251)] {
                 let path = Path::still(DVec2::new(128.0 + fx, 127.0 + fy));
                 let out = drawn(&psf, &path);
                 for (x, y) in [(128, 127), (129, 127), (126, 130), (131, 121)] {
                     let exact = Psf::reference(&profile, &path, DVec2::new(x as f64, y as f64), 200, 1);
                     let error = (out[y * 256 + x] - exact).abs();
-                    assert!(error < 1e-5, "{profile:?} phase {fx} {fy} pixel {x} {y}: {error:e}");
+                    // the image has corners, which no grid of the point's own follows
+                    let allowed = if profile.is_circular() { 1e-5 } else { 1e-3 };
+                    assert!(error < allowed, "{profile:?} phase {fx} {fy} pixel {x} {y}: {error:e}");
                 }
             }
         }
     }
 
+    /// Sum and centroid of all pixels.
+    fn moments(out: &[f64]) -> (f64, DVec2) {
+        let sum = out.iter().sum::<f64>();
+        let place = |k: usize| DVec2::new((k % 256) as f64, (k / 256) as f64);
+        (sum, out.iter().enumerate().map(|(k, v)| place(k) * *v).sum::<DVec2>() / sum)
+    }
+
+    /// Photon conservation: what is drawn and what is said to be lost are all there is, 1e-6 of it, in stamps of every size, at
+    /// places all round a pixel; and the centroid is the place, 1e-4 px (1e-3 px in small stamps), of images of 2 px or more (pixels themselves move that
+    /// of narrower ones).
     #[test]
     fn light_is_conserved_and_centroids_are_kept() {
         for profile in profiles() {
-            let psf = Psf::new(profile, 1e-4);
-            assert!(psf.lost() <= 1e-4, "{profile:?}: {}", psf.lost());
-            for at in [DVec2::new(128.0, 128.0), DVec2::new(127.63, 128.29), DVec2::new(128.5, 127.5)] {
-                let out = drawn(&psf, &Path::still(at));
-                let sum = out.iter().sum::<f64>();
-                // the square stamp moves by whole pixels: half a pixel of its edge is lost or won
-                assert!((1.0 - sum - psf.lost()).abs() < 3e-5, "{profile:?} at {at}: {}", 1.0 - sum);
-                let moment = |f: fn(usize) -> usize| {
-                    out.iter().enumerate().map(|(i, v)| v * f(i) as f64).sum::<f64>() / sum
-                };
-                let centroid = DVec2::new(moment(|i| i % 256), moment(|i| i / 256));
-                // narrower than two pixels the pixel grid itself moves the centroid
-                assert!(profile.fwhm() < 1.9 || centroid.distance(at) < 2e-3, "{profile:?}: {centroid} for {at}");
+            let psf = Psf::new(profile.clone(), 1e-4);
+            let wide = matches!(profile, Profile::Radial(_));
+            assert!(psf.lost() >= 0.0 && (wide || psf.lost() <= 1e-4), "{profile:?}: {}", psf.lost());
+            for square in 0..psf.squares.len() {
+                for k in 0..49 {
+                    let at = DVec2::new(127.5 + f64::from(k % 7) / 6.0, 127.5 + f64::from(k / 7) / 6.0);
+                    let mut out = vec![0.0; FRAME.len()];
+                    psf.add_point(at, Stamp { square, electrons: 1.0 }, &FRAME, &mut out);
+                    let (sum, centroid) = moments(&out);
+                    assert!((1.0 - sum - psf.lost()).abs() < 1e-6, "{profile:?} at {at}: {}", 1.0 - sum);
+                    let sampled = profile.fwhm() >= 1.9 && profile.is_circular();
+                    let allowed = if square + 1 == psf.squares.len() { 1e-4 } else { 1e-3 };
+                    assert!(!sampled || centroid.distance(at) < allowed, "{profile:?}: {centroid} for {at}");
+                }
             }
         }
     }
@@ -283,7 +424,7 @@ mod tests {
     #[test]
     fn trails_agree_with_direct_quadrature_and_conserve_light() {
         for profile in profiles() {
-            let psf = Psf::new(profile, 1e-4);
+            let psf = Psf::new(profile.clone(), 1e-4);
             let straight = Path {
                 start: DVec2::new(90.3, 100.1),
                 mid: DVec2::new(128.0, 120.0),
@@ -292,22 +433,68 @@ mod tests {
             let curved = Path { mid: DVec2::new(126.0, 123.0), ..straight };
             for path in [straight, curved] {
                 let out = drawn(&psf, &path);
-                let sum = out.iter().sum::<f64>();
-                assert!((1.0 - sum - psf.lost()).abs() < 5e-5, "{profile:?}: {}", 1.0 - sum);
+                let (sum, centroid) = moments(&out);
+                assert!((1.0 - sum - psf.lost()).abs() < 1e-6, "{profile:?}: {}", 1.0 - sum);
+                // Simpson's rule is exact for a parabola
+                let middle = (path.start + path.end + 4.0 * path.mid) / 6.0;
+                let narrow = profile.fwhm() < 1.9 || !profile.is_circular();
+                assert!(narrow || centroid.distance(middle) < 1e-4, "{profile:?}: {centroid} for {middle}");
                 let peak = out.iter().fold(0.0f64, |a, b| a.max(*b));
                 for (x, y) in [(128, 120), (91, 101), (140, 126), (165, 140), (88, 99)] {
                     let exact = Psf::reference(&profile, &path, DVec2::new(x as f64, y as f64), 24, 4000);
                     let error = (out[y * 256 + x] - exact).abs();
-                    let allowed = if profile.fwhm() < 1.9 { 5e-4 } else { 2e-4 };
+                    let allowed = if !profile.is_circular() {
+                        2e-2
+                    } else if narrow {
+                        2e-3
+                    } else {
+                        2e-4
+                    };
                     assert!(error < allowed * peak, "{profile:?} pixel {x} {y}: {error:e} of {peak:e}");
                 }
             }
         }
     }
 
+    /// A trail cut into parts holds the light of the whole, pixel by pixel.
+    #[test]
+    fn a_trail_in_parts_is_the_whole() {
+        let psf = Psf::new(Profile::moffat(2.5, 3.0), 1e-4);
+        let path =
+            Path { start: DVec2::new(60.2, 130.0), mid: DVec2::new(121.0, 128.4), end: DVec2::new(189.8, 117.0) };
+        let whole = drawn(&psf, &path);
+        let mut parts = vec![0.0; FRAME.len()];
+        for (from, to) in [(0.0, 0.25), (0.25, 0.5), (0.5, 1.0)] {
+            psf.add(&path.part(from, to), to - from, &FRAME, &mut parts);
+        }
+        let peak = whole.iter().fold(0.0f64, |a, b| a.max(*b));
+        assert!(whole.iter().zip(&parts).all(|(a, b)| (a - b).abs() < 1e-4 * peak));
+        assert!((whole.iter().sum::<f64>() - parts.iter().sum::<f64>()).abs() < 1e-9);
+    }
+
+    /// Extremes: a point far narrower than a pixel, and an image wider than the frame.
+    #[test]
+    fn extreme_widths_keep_their_light() {
+        for fwhm in [1e-3, 0.1, 0.3] {
+            let psf = Psf::new(Profile::gaussian(fwhm), 1e-4);
+            for at in [DVec2::splat(100.0), DVec2::new(100.31, 99.77), DVec2::new(100.5, 100.0)] {
+                let (sum, _) = moments(&drawn(&psf, &Path::still(at)));
+                assert!((1.0 - sum - psf.lost()).abs() < 1e-6, "{fwhm} at {at}: {sum}");
+            }
+        }
+        for profile in [Profile::gaussian(500.0), Profile::moffat(500.0, 3.0)] {
+            let psf = Psf::new(profile, 1e-4);
+            let region = Region { x0: 0, y0: 0, width: 1601, height: 1601 };
+            let mut out = vec![0.0; region.len()];
+            psf.add_point(DVec2::splat(800.3), psf.whole(1.0), &region, &mut out);
+            let sum = out.iter().sum::<f64>();
+            assert!((1.0 - sum - psf.lost()).abs() < 1e-6 && psf.lost() < 0.25, "{sum} {}", psf.lost());
+        }
+    }
+
     #[test]
     fn any_region_gives_the_pixels_of_the_whole() {
-        let psf = Psf::new(profiles()[3], 1e-4);
+        let psf = Psf::new(profiles().swap_remove(3), 1e-4);
         let path =
             Path { start: DVec2::new(100.2, 130.0), mid: DVec2::new(120.0, 128.4), end: DVec2::new(139.8, 127.0) };
         let whole = drawn(&psf, &path);
@@ -320,29 +507,28 @@ mod tests {
         }
     }
 
-    /// A faint star's small stamp holds all its light and differs from the whole image by less than the edge asked for, but
-    /// for the light beyond that is drawn within.
+    /// A faint star's small stamp differs from the whole image by less than the edge asked for, but for the light beyond
+    /// that is drawn within.
     #[test]
-    fn small_stamps_hold_all_the_light() {
+    fn small_stamps_are_cut_where_they_are_faint() {
         for profile in profiles() {
-            let psf = Psf::new(profile, 1e-4);
-            for (electrons, edge) in [(100.0, 0.01), (1e4, 0.01), (1e4, 1e-9), (1.0, 10.0)] {
+            let psf = Psf::new(profile.clone(), 1e-4);
+            for (electrons, edge) in [(100.0, 0.01), (1e4, 0.01), (1e4, 1e-12), (1.0, 10.0)] {
                 let stamp = psf.stamp(electrons, edge);
                 let path = Path::still(DVec2::new(127.7, 128.2));
                 let mut out = vec![0.0; FRAME.len()];
                 psf.add_stamp(&path, stamp, &FRAME, &mut out);
-                let (sum, whole) = (out.iter().sum::<f64>(), drawn(&psf, &path));
-                assert!((sum / electrons - 1.0).abs() < 0.02, "{profile:?} {electrons}: {sum}");
+                let whole = drawn(&psf, &path);
                 let worst = out.iter().zip(&whole).map(|(o, w)| o - w * electrons).fold(0.0f64, |a, d| a.max(-d));
                 assert!(edge > 1.0 || worst < 3.0 * edge, "{profile:?} {electrons} {edge}: {worst}");
-                assert!(stamp.radius <= psf.radius() && (edge > 1e-6 || stamp == psf.whole(electrons)));
+                assert!(edge > 1e-9 || stamp == psf.whole(electrons) || psf.squares[stamp.square].rim < 1e-16);
             }
         }
     }
 
     #[test]
     fn places_far_outside_and_unknown_add_nothing() {
-        let psf = Psf::new(profiles()[1], 1e-4);
+        let psf = Psf::new(profiles().swap_remove(1), 1e-4);
         for at in [DVec2::splat(1e6), DVec2::splat(-1e6), DVec2::NAN, DVec2::splat(f64::INFINITY)] {
             assert!(drawn(&psf, &Path::still(at)).iter().all(|v| *v == 0.0));
         }

@@ -4,15 +4,15 @@ use super::chip::Incident;
 use super::detector::dark::Dark;
 use super::evenness::Evenness;
 use super::field_stars;
+use super::optics::Optics;
 use super::path::{Path, rolled};
 use super::point_source::PointSource;
-use super::profile::Profile;
 use super::psf::Psf;
 use super::region::Region;
 use super::scintillation;
 use super::trails::Trails;
 use crate::base::ledger::{Row, Verdict, Why};
-use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
+use crate::base::units::flux_from_mag;
 use crate::light::tabulated::Tabulated;
 use crate::plan::view::View;
 use crate::scene::Scene;
@@ -57,6 +57,8 @@ pub struct Scenery {
     /// The sources of `sky` one by one, where the scene asks for them.
     parts: Vec<(String, SkyField)>,
     trails: Trails,
+    /// Light of stars and targets outside their stamps, spread over the frame \[e-/px\].
+    pub lost_e_px: f64,
     /// Stars are cut where they fall below this \[e-/px\].
     edge: f64,
 }
@@ -75,14 +77,15 @@ impl Scenery {
         scene: &Scene,
         view: &View,
         response: &Response,
+        optics: &Optics,
         catalogue: &Catalogue,
         clock: &(dyn Fn() -> f64 + Sync),
     ) -> Self {
         let context = Context::of_view(scene, view, response);
         let dark_e = Dark::new(&scene.detector, view.exposure_s).mean_e();
-        let diffraction = 1.028 * 550e-9 / scene.telescope.aperture_m * ARCSEC_PER_RAD;
-        let seeing_arcsec = (scene.station.seeing_arcsec * libm::pow(view.airmass, 0.6)).hypot(diffraction);
-        let fwhm_px = seeing_arcsec / scene.stored_scale_arcsec();
+        let profile = optics.profile(scene, view.airmass);
+        let fwhm_px = profile.fwhm();
+        let seeing_arcsec = fwhm_px * scene.stored_scale_arcsec();
 
         let noise = noise(&context, dark_e);
         let drawn = field_stars::drawn(&context, view, catalogue, fwhm_px, noise);
@@ -114,7 +117,7 @@ impl Scenery {
         };
 
         let began = clock();
-        let psf = Psf::new(Profile::of(&scene.telescope, fwhm_px), scene.accuracy.psf);
+        let psf = Psf::new(profile, scene.accuracy.psf);
         let psf_ms = (clock() - began) * 1e3;
 
         let began = clock();
@@ -123,6 +126,8 @@ impl Scenery {
         let trails = Trails::new(&psf, &stars, edge, scene.accuracy.trail_px);
         let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
+        let sources = field_stars::inside(scene, stars.iter().chain(&targets));
+        let lost_e_px = psf.lost() * sources / field_stars::frame_pixels(scene);
         let mean_light = |list: &[PointSource]| {
             list.iter().map(|s| s.electrons).sum::<f64>() / field_stars::frame_pixels(scene)
         };
@@ -160,6 +165,7 @@ impl Scenery {
             sky: sky_field,
             parts,
             trails,
+            lost_e_px,
             edge,
         };
         let peak = scenery.peak();
@@ -187,6 +193,7 @@ impl Scenery {
     }
 
     fn add_stars(&self, region: &Region, out: &mut [f64]) {
+        out.iter_mut().for_each(|value| *value += self.lost_e_px);
         for (number, star) in self.stars.iter().enumerate() {
             self.trails.add(&self.psf, number, star, self.edge, region, out);
         }
@@ -283,7 +290,7 @@ impl Incident for Scenery {
             let (low, high) = source.path.bounds();
             // as a still point of the light that a trail leaves along the width of the image
             let part = source.electrons * (self.psf.profile().fwhm() / length.max(1e-9)).min(1.0);
-            let reach = self.psf.stamp(part, 0.1 * free).radius as f64 + 1.0;
+            let reach = self.psf.reach(self.psf.stamp(part, 0.1 * free)) as f64 + 1.0;
             let from = (low.x - reach).max(0.0) as usize;
             let to = ((high.x + reach).max(-1.0) + 1.0).min(width as f64) as usize;
             if from < to {
@@ -305,17 +312,17 @@ impl Incident for Scenery {
 fn psf_basis(scene: &Scene, psf: &Psf, seeing_arcsec: f64) -> String {
     let name = match scene.telescope.psf {
         crate::scene::Psf::Gaussian => "Gaussian".to_owned(),
-        _ => format!("Moffat beta {}", scene.telescope.moffat_beta),
+        crate::scene::Psf::Moffat => format!("Moffat beta {}", scene.telescope.moffat_beta),
+        crate::scene::Psf::Airy => "diffraction by the aperture and its obstruction".to_owned(),
+        crate::scene::Psf::Kolmogorov => "Kolmogorov turbulence and diffraction at 550 nm".to_owned(),
+        crate::scene::Psf::Image(_) => "the scene's image".to_owned(),
     };
     let more =
         if psf.lost() > scene.accuracy.psf { ", more than accuracy.psf asks: the wings are too wide" } else { "" };
-    let narrow = if seeing_arcsec < 0.7 * scene.stored_scale_arcsec() {
-        ", narrower than the 0.7 px it is exact for"
-    } else {
-        ""
-    };
     let (lost, radius) = (psf.lost(), psf.radius());
-    format!("{name}, FWHM {seeing_arcsec:.2} arcsec, {lost:.1e} of the light outside {radius} px{more}{narrow}")
+    format!(
+        "{name}, FWHM {seeing_arcsec:.2} arcsec, {lost:.1e} of the light outside {radius} px, spread evenly{more}"
+    )
 }
 
 /// Noise of a pixel at the frame's centre, all stars taken as diffuse light \[e-\].

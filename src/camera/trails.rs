@@ -8,14 +8,12 @@
 use super::path::Path;
 use super::planes::Planes;
 use super::point_source::PointSource;
-use super::psf::Psf;
+use super::psf::{Psf, Stamp};
 use super::region::Region;
 use glam::DVec2;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 
-/// Half-sides of stamps that share an image: up to this, twice, four times ... \[px\].
-const SMALLEST: usize = 6;
 /// Largest image of an arc \[values\]: 64 MiB.
 const LARGEST: usize = 8 << 20;
 /// An image is worth its making for this many arcs per phase of its grid.
@@ -39,7 +37,7 @@ impl Trails {
     pub fn new(psf: &Psf, stars: &[PointSource], edge: f64, tolerance: f64) -> Self {
         let mut classes: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
         for (number, star) in stars.iter().enumerate().filter(|(_, star)| trails(psf, star)) {
-            classes.entry(class(psf, star, edge)).or_default().push(number);
+            classes.entry(psf.stamp(star.electrons, edge).square).or_default().push(number);
         }
         let trailing = || classes.values().flatten().map(|number| &stars[*number].path);
         let mut all = Self { arcs: 0, images: Vec::new(), of_star: vec![None; stars.len()] };
@@ -57,8 +55,8 @@ impl Trails {
         let Some((arcs, shape)) = agreed else { return all };
         all.arcs = arcs;
         let worth = WORTH * (psf.fine() * psf.fine()) as f64;
-        for (radius, members) in classes.into_iter().filter(|(_, members)| (members.len() * arcs) as f64 > worth) {
-            if let Some(image) = image(psf, &shape, radius) {
+        for (square, members) in classes.into_iter().filter(|(_, members)| (members.len() * arcs) as f64 > worth) {
+            if let Some(image) = image(psf, &shape, square) {
                 members.iter().for_each(|number| all.of_star[*number] = Some(all.images.len()));
                 all.images.push(image);
             }
@@ -98,16 +96,6 @@ fn trails(psf: &Psf, star: &PointSource) -> bool {
     length >= psf.profile().fwhm() && length < 1e5 && star.path.mid.is_finite()
 }
 
-/// Half-side of the stamps of a star's class.
-fn class(psf: &Psf, star: &PointSource, edge: f64) -> usize {
-    let own = psf.stamp(star.electrons, edge).radius;
-    let mut radius = SMALLEST;
-    while radius < own {
-        radius *= 2;
-    }
-    radius.min(psf.radius())
-}
-
 /// The arcs of a path cut into `arcs` of equal time.
 fn each_arc(path: &Path, arcs: usize) -> impl Iterator<Item = Path> {
     let (path, step) = (*path, 0.5 / arcs as f64);
@@ -128,10 +116,12 @@ fn mean_shape<'p>(paths: impl Iterator<Item = &'p Path>, arcs: usize) -> Option<
     (number > 0.0).then(|| Path { start: start / number, mid: DVec2::ZERO, end: end / number })
 }
 
-/// The image of one electron along an arc of `shape`, in stamps of half-side `stamp`; none if it would be too large, or no
-/// cheaper than the stamps.
-fn image(psf: &Psf, shape: &Path, stamp: usize) -> Option<Planes> {
+/// The image of one electron along an arc of `shape`, in stamps of a square; none if it would be too large, or no cheaper
+/// than the stamps.
+fn image(psf: &Psf, shape: &Path, square: usize) -> Option<Planes> {
     let (low, high) = shape.bounds();
+    let one = Stamp { square, electrons: 1.0 };
+    let stamp = psf.reach(one);
     let reach = low.abs().max(high.abs()).ceil() + stamp as f64 + 1.0;
     let radius = [reach.x as usize, reach.y as usize];
     let area = radius.iter().map(|r| 2.0 * *r as f64 + 1.0).product::<f64>();
@@ -140,7 +130,6 @@ fn image(psf: &Psf, shape: &Path, stamp: usize) -> Option<Planes> {
     if reach.max_element() > 1e5 || Planes::size(psf.fine(), radius) > LARGEST || area > of_stamps {
         return None;
     }
-    let one = psf.stamp_of(1.0, stamp);
     let mut places = Vec::new();
     let mut planes = Planes::new(psf.fine(), radius, |origin, side, _| places.push((origin, side)));
     let draw = |(at, [width, height]): &(DVec2, [usize; 2])| {
@@ -186,8 +175,7 @@ mod tests {
     fn shared_trails_are_the_stars_own() {
         // the second tolerance leaves only what the stamps themselves err by
         for (fwhm, tolerance, allowed) in [(2.0, 0.01, 1e-3), (3.3, 0.01, 1e-3), (2.0, 0.001, 2e-4)] {
-            let alpha = 0.5 * fwhm / (2f64.powf(1.0 / 3.0) - 1.0).sqrt();
-            let psf = Psf::new(Profile::Moffat { alpha, beta: 3.0 }, 1e-4);
+            let psf = Psf::new(Profile::moffat(fwhm, 3.0), 1e-4);
             let (stars, trails) = field(&psf, tolerance);
             assert!(!trails.images.is_empty() && trails.of_star.iter().filter(|k| k.is_some()).count() > 200);
             let region = Region { x0: 0, y0: 0, width: 420, height: 320 };
@@ -202,12 +190,7 @@ mod tests {
                 };
                 let (mut shared, mut exact) = (vec![0.0; region.len()], vec![0.0; region.len()]);
                 trails.add(&psf, number, &moved, 0.01, &region, &mut shared);
-                psf.add_stamp(
-                    &moved.path,
-                    psf.stamp_of(moved.electrons, class(&psf, own, 0.01)),
-                    &region,
-                    &mut exact,
-                );
+                psf.add_stamp(&moved.path, psf.stamp(moved.electrons, 0.01), &region, &mut exact);
                 let peak = exact.iter().fold(0.0f64, |a, b| a.max(*b));
                 let worst = shared.iter().zip(&exact).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
                 assert!(worst < allowed * peak, "FWHM {fwhm} star {number}: {worst} of {peak}");

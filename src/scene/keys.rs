@@ -53,7 +53,7 @@ pub(super) static KEYS: &[Key] = &[
     key("telescope.filter", WordOrFile(&["none", "B", "V", "R", "I", "G"], &[], "a CSV of nm, transmission", true), "", Is("\"none\""), "filter"),
     key("telescope.position_angle_deg", Real(-360.0, 360.0), "deg", Is("0.0"), "of the +y axis, from north through east"),
     key("telescope.mirrored", Flag, "", Is("false"), "false: east to the left when north is up"),
-    key("telescope.psf", WordOrFile(&["gaussian", "moffat"], &["airy", "kolmogorov"], "a FITS image", false), "", Is("\"moffat\""), "shape of a star's image"),
+    key("telescope.psf", WordOrFile(&["gaussian", "moffat", "airy", "kolmogorov"], &[], "a FITS image", true), "", Is("\"moffat\""), "shape of a star's image; airy: diffraction alone"),
     key("telescope.moffat_beta", Above(1.0, 100.0), "", Is("3.0"), "exponent of the Moffat profile").when("psf", "moffat"),
     key("telescope.vignetting", Real(0.0, 1.0), "", Is("0.0"), "share of light lost in the corner; falls with the square of the distance"),
     key("telescope.sip", WordOrFile(&["none"], &[], "a file of SIP coefficients", false), "", Is("\"none\""), "distortion"),

@@ -113,7 +113,7 @@ fn airmass_row(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Accur
 
 fn psf_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Vec<AccuracyRow> {
     let scenery = simulator.scenery(view);
-    let profile = *scenery.psf.profile();
+    let profile = scenery.psf.profile();
     let chosen = simulator.scene.accuracy.psf;
     let region = Region { x0: 0, y0: 0, width: 601, height: 301 };
     let still = Path::still(DVec2::new(300.23, 150.41));
@@ -121,7 +121,7 @@ fn psf_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)
     let trail = Path { start: still.mid - slant, mid: still.mid, end: still.mid + slant };
     let mut rows = Vec::new();
     for outside in [1e-2, 1e-3, 1e-4, 1e-5] {
-        let psf = Psf::new(profile, outside);
+        let psf = Psf::new(profile.clone(), outside);
         let mut out = vec![0.0; region.len()];
         let began = clock();
         psf.add(&trail, 1.0, &region, &mut out);
