@@ -29,7 +29,7 @@ const SMALLEST: [f64; 2] = [4.0, 1.3];
 /// Images wider than this may have a table four times as large: it has few points to a pixel \[px\].
 const WIDE: f64 = 32.0;
 /// Cells of the grid across the FWHM, where the grid may be so fine.
-const ACROSS: f64 = 16.0;
+const ACROSS: f64 = 14.0;
 
 /// Offset of the two Gauss points from the middle of a unit interval.
 const GAUSS_2: f64 = 0.288_675_134_594_812_9;
@@ -66,7 +66,7 @@ pub struct Stamp {
 
 /// Grid points per pixel for an image of width `fwhm`.
 fn fineness(fwhm: f64) -> usize {
-    ((ACROSS / fwhm).ceil() as usize).next_power_of_two().clamp(2, 64)
+    (2 * (0.5 * ACROSS / fwhm).ceil() as usize).clamp(2, 64)
 }
 
 /// Half the side of the largest square for an image of width `fwhm` \[px\].
@@ -350,7 +350,7 @@ mod tests {
 
     fn profiles() -> Vec<Profile> {
         let airy = |width: f64| Radial::airy(&[[width, 0.5], [width * 1.2, 0.5]], 0.4, farthest(width));
-        let seeing = Radial::kolmogorov(3.0, 0.5, 0.4, farthest(3.0));
+        let seeing = Radial::kolmogorov(2.0, 0.5, 0.4, farthest(2.0));
         let square = PsfImage::new([9, 9], (0..81).map(|k| f64::from(k % 9 + 3)).collect(), 4.0);
         vec![
             Profile::gaussian(0.7),
