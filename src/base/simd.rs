@@ -4,6 +4,15 @@
 //! exactly are used (no fused multiplications), so that all paths give the same bits.
 
 use std::sync::LazyLock;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+/// Paths allowed.
+static ALLOWED: AtomicUsize = AtomicUsize::new(usize::MAX);
+
+/// From now on use no more than the first `count` of [`Path::all`]: to compare their speed and their bits.
+pub fn hold_to(count: usize) {
+    ALLOWED.store(count, Ordering::Relaxed);
+}
 
 /// A set of instructions.
 #[derive(Debug, Clone, Copy)]
@@ -30,10 +39,11 @@ impl Path {
         paths
     }
 
-    /// The fastest path of this machine.
+    /// The fastest path of this machine, of those that [`hold_to`] allows.
     pub fn best() -> Self {
-        static BEST: LazyLock<Path> = LazyLock::new(|| Path::all().pop().unwrap_or(Path::Baseline));
-        *BEST
+        static ALL: LazyLock<Vec<Path>> = LazyLock::new(Path::all);
+        let allowed = ALL.len().min(ALLOWED.load(Ordering::Relaxed));
+        ALL[..allowed].last().copied().unwrap_or(Self::Baseline)
     }
 
     /// Run `op`, compiled for this path as far as it is inlined.

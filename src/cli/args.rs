@@ -81,6 +81,8 @@ pub(super) enum Command {
     Check(With<SceneArgs>),
     /// JSON Schema of the scene file
     Schema(With<Nothing>),
+    /// Bias, dark and flat frames of a station's camera
+    Calibrate(With<CalibrateArgs>),
     /// Star catalogues: import, info
     Catalog(CatalogArgs),
     /// Built-in stations
@@ -101,6 +103,7 @@ impl Command {
             Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) => &with.global,
             Self::Render(with) => &with.global,
             Self::Sky(with) => &with.global,
+            Self::Calibrate(with) => &with.global,
             Self::Photometry(with) => &with.global,
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
@@ -202,6 +205,24 @@ pub(super) struct PhotometryArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct CalibrateArgs {
+    /// Station file, or the name of a built-in station
+    pub station: String,
+    /// Frames of each kind
+    #[arg(long, default_value_t = 5)]
+    pub count: usize,
+    /// Exposure of the darks [s]
+    #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
+    pub dark: f64,
+    /// Exposure of the flats [s]
+    #[arg(long, value_name = "S", default_value_t = 5.0, value_parser = seconds)]
+    pub flat: f64,
+    /// Level of the flats, share of saturation
+    #[arg(long, default_value_t = 0.5, value_parser = share)]
+    pub level: f64,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct InitArgs {
     /// A built-in scene or station; none: every key, commented
     pub name: Option<String>,
@@ -290,6 +311,14 @@ fn julian_year(text: &str) -> Result<f64, String> {
 
 fn completeness(text: &str) -> Result<f64, String> {
     number_within(text, [crate::stars::completeness::NOWHERE, 32.0])
+}
+
+fn seconds(text: &str) -> Result<f64, String> {
+    number_within(text, [0.0, 1e6])
+}
+
+fn share(text: &str) -> Result<f64, String> {
+    number_within(text, [0.0, 10.0])
 }
 
 fn number_within(text: &str, [low, high]: [f64; 2]) -> Result<f64, String> {

@@ -3,6 +3,7 @@
 
 mod accuracy;
 mod args;
+mod calibrate;
 mod catalog;
 mod explain;
 mod photometry;
@@ -37,6 +38,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Run(with) => run::run(&with.args, global, &talk),
         Command::Plan(with) => plan::plan(&with.args, global, &talk),
         Command::Render(with) => render::render(&with.args, global, &talk),
+        Command::Calibrate(with) => calibrate::calibrate(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
         Command::Time(with) => time::time(&with.args, global),
         Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),

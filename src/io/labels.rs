@@ -11,8 +11,9 @@ use crate::camera::detector::convert::Converter;
 use crate::camera::detector::dark;
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
+use crate::plan::sip::SIP_TERMS;
 use crate::plan::view::View;
-use crate::plan::wcs::{SIP_TERMS, Wcs};
+use crate::plan::wcs::Wcs;
 use crate::scene::{At, Scene, Table};
 use std::f64::consts::PI;
 
@@ -50,12 +51,54 @@ pub fn frame(e: &Exposure) -> Header {
     station(&mut header, e.scene, e.site);
     header.push("BUNIT", "adu", "unit of the pixels");
     detector(&mut header, e.scene);
+    sections(&mut header, e.scene, e.region);
     pointing(&mut header, e.scene, e.view, e.scenery);
     world(&mut header, &e.view.wcs.mid, e.region);
     sky(&mut header, e.view);
     simulation(&mut header, e);
     history(&mut header, &e.scenery.ledger);
     header
+}
+
+/// The charge at which a stored pixel is full, by its well or by the converter \[e-\].
+pub fn saturation_e(scene: &Scene) -> f64 {
+    let d = &scene.detector;
+    Converter::of(d).saturation_e(d.stored_full_well_e())
+}
+
+/// The cards of a calibration frame: its kind, exposure and mean light at the centre.
+pub fn calibration(scene: &Scene, scene_sha: &str, kind: &str, exposure_s: f64, mean_e: f64) -> Header {
+    let mut header = Header::default();
+    header.push("IMAGETYP", kind, "");
+    header.push("EXPTIME", exposure_s, "[s] shutter open");
+    header.push("TELESCOP", scene.station.name.as_str(), "");
+    header.push("BUNIT", "adu", "unit of the pixels");
+    detector(&mut header, scene);
+    sections(
+        &mut header,
+        scene,
+        &Region { x0: 0, y0: 0, width: scene.detector.stored_px()[0], height: scene.detector.stored_px()[1] },
+    );
+    number(&mut header, "LIGHT", mean_e, "[e] mean light per pixel at the centre");
+    header.push("SIMULATD", true, "this frame was computed");
+    header.push("CREATOR", concat!("nightglass ", env!("CARGO_PKG_VERSION")), "");
+    header.push("SIMSEED", scene.seed as i64, "seed of all random numbers");
+    header.push("SCENESHA", scene_sha, "");
+    header
+}
+
+/// Where light and overscan lie in what is stored, where there is overscan.
+fn sections(header: &mut Header, scene: &Scene, region: &Region) {
+    let light = scene.detector.light_px()[0].saturating_sub(region.x0).min(region.width);
+    if scene.detector.overscan_px == 0 || light == region.width {
+        return;
+    }
+    let section = |from: usize, to: usize| format!("[{}:{to},1:{}]", from + 1, region.height);
+    header.push("BIASSEC", section(light, region.width), "overscan");
+    if light > 0 {
+        header.push("DATASEC", section(0, light), "pixels that see light");
+        header.push("TRIMSEC", section(0, light), "pixels that see light");
+    }
 }
 
 /// The cards of a plane of means or variances, in electrons.
@@ -107,6 +150,10 @@ fn detector(header: &mut Header, scene: &Scene) {
     header.push("BIASLVL", d.bias_adu, "[adu]");
     header.push("XPIXSZ", rounded(d.pixel_um * d.binning as f64), "[um] of a stored pixel");
     header.push("YPIXSZ", rounded(d.pixel_um * d.binning as f64), "[um] of a stored pixel");
+    if d.binning > 1 {
+        header.push("XBINNING", d.binning as i64, "");
+        header.push("YBINNING", d.binning as i64, "");
+    }
     header.push("CCD-TEMP", d.temperature_c, "[deg C]");
     let t = &scene.telescope;
     header.push("APTDIA", rounded(t.aperture_m * 1e3), "[mm] aperture");
@@ -155,8 +202,9 @@ fn world(header: &mut Header, wcs: &Wcs, region: &Region) {
     number(header, "CD2_2", wcs.cd.y_axis.y.to_degrees(), "[deg/pixel]");
     if let Some(sip) = wcs.sip {
         for (axis, terms) in [("A", sip.a), ("B", sip.b)] {
-            header.push(&format!("{axis}_ORDER"), 3i64, "differential refraction and aberration");
-            for ((i, j), value) in SIP_TERMS.into_iter().zip(terms) {
+            let order = sip.order();
+            header.push(&format!("{axis}_ORDER"), i64::from(order), "optics, refraction and aberration");
+            for ((i, j), value) in SIP_TERMS.into_iter().zip(terms).filter(|((i, j), _)| i + j <= order) {
                 number(header, &format!("{axis}_{i}_{j}"), value, "");
             }
         }

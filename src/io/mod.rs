@@ -10,3 +10,4 @@ pub mod header;
 pub mod image;
 pub mod labels;
 pub mod preview;
+pub mod regions;

@@ -1,7 +1,7 @@
 //! A frame ready to measure: pixels, and what its header says about them.
 //!
 //! Only what a real telescope writes is read (FITS Standard 4.0; world coordinates of Calabretta & Greisen
-//! 2002, A&A 395, 1077, with SIP terms of orders 2 and 3): the simulation's own knowledge (MAGZERO, SKY*) is not.
+//! 2002, A&A 395, 1077, with SIP terms of orders 2 to 5): the simulation's own knowledge (MAGZERO, SKY*) is not.
 //! Essential are the world coordinates, the exposure time, the gain and a date; whatever else is missing is
 //! either estimated from the pixels (bias, read noise) or left out (scintillation).
 
@@ -10,7 +10,8 @@ use crate::astro::direction;
 use crate::astro::time::Instant;
 use crate::base::units::ARCSEC;
 use crate::io::image::{Image, Keywords};
-use crate::plan::wcs::{SIP_TERMS, Sip, Wcs};
+use crate::plan::sip::{SIP_TERMS, Sip};
+use crate::plan::wcs::Wcs;
 use glam::{DMat2, DVec2, DVec3};
 
 /// What keeps a frame from being measured.
@@ -157,7 +158,7 @@ impl Reader<'_> {
                         return Err(self.refuse(
                             &keyword,
                             value,
-                            "only SIP terms of orders 2 and 3 are understood",
+                            "only SIP terms of orders 2 to 5 are understood",
                         ));
                     }
                 }
@@ -197,6 +198,7 @@ impl Frame {
     /// # Errors
     /// [`PhotometryError`] naming the file and the keyword that is missing or cannot be used.
     pub fn from_image(image: Image) -> Result<Self, PhotometryError> {
+        let image = trimmed(image);
         let read = Reader { header: &image.header, path: image.path.display().to_string() };
         let wcs = read.wcs()?;
         let exptime_s = read
@@ -281,6 +283,24 @@ impl Frame {
     }
 }
 
+/// An image without its overscan: the part that TRIMSEC names, if it begins at the first pixel.
+fn trimmed(mut image: Image) -> Image {
+    let section = image.header.text("TRIMSEC").and_then(|text| {
+        let inner = text.trim().strip_prefix('[')?.strip_suffix(']')?.replace(',', ":");
+        let numbers = inner.split(':').map(|n| n.trim().parse::<usize>().ok()).collect::<Option<Vec<_>>>()?;
+        <[usize; 4]>::try_from(numbers).ok()
+    });
+    if let Some([1, width, 1, height]) = section
+        && (1..=image.width).contains(&width)
+        && (1..=image.height).contains(&height)
+    {
+        image.data =
+            image.data.chunks_exact(image.width).take(height).flat_map(|row| row[..width].to_vec()).collect();
+        (image.width, image.height) = (width, height);
+    }
+    image
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -346,8 +366,8 @@ mod tests {
         odd.push("GAIN", -1.0, "");
         let told = frame(&odd).expect_err("no gain").to_string();
         assert!(told.contains("GAIN = -1: above 0 e/adu"), "{told}");
-        let mut quartic = header("");
-        quartic.push("B_0_4", 1e-12, "");
-        assert!(frame(&quartic).expect_err("fourth order").to_string().contains("B_0_4"));
+        let mut sextic = header("");
+        sextic.push("B_0_6", 1e-20, "");
+        assert!(frame(&sextic).expect_err("sixth order").to_string().contains("B_0_6"));
     }
 }

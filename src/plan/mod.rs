@@ -8,6 +8,7 @@ pub mod pace;
 pub mod place;
 pub mod planner;
 pub mod pointing;
+pub mod sip;
 pub mod table;
 pub mod view;
 pub mod wcs;
@@ -24,4 +25,7 @@ pub enum PlanError {
     /// The frame has nothing to point at.
     #[error("pointing.at = \"target\" needs a [[target]]")]
     NoTarget,
+    /// The optics' distortion cannot be used.
+    #[error("telescope.sip: {0}")]
+    Distortion(String),
 }

@@ -7,6 +7,7 @@
 
 use super::PlanError;
 use super::place::Motion;
+use super::sip::Sip;
 use super::wcs::{Wcs, east_north};
 use crate::astro::observer::{Observer, Site, enu};
 use crate::astro::time::Instant;
@@ -45,6 +46,8 @@ pub struct Mount {
     half_size: DVec2,
     offset: DVec2,
     scale: f64,
+    /// Of the optics.
+    distortion: Option<Sip>,
     /// Directions of +x and +y against observed (east, north).
     axes: [DVec2; 2],
 }
@@ -111,6 +114,7 @@ impl Mount {
             half_size: size / 2.0,
             offset: DVec2::from_array(scene.pointing.offset_px),
             scale: scene.stored_scale_arcsec() * ARCSEC,
+            distortion: Sip::of(scene).map_err(PlanError::Distortion)?,
             axes: [x, y],
         })
     }
@@ -184,6 +188,7 @@ impl Mount {
         Wcs::from_map(self.crpix, self.half_size, |offset| {
             observer.astrometric(camera.observed(offset, self.scale))
         })
+        .through(self.distortion.as_ref())
     }
 }
 

@@ -6,33 +6,12 @@
 //! CD matrix, and the quadratic and cubic parts as SIP polynomials (Shupe et al. 2005, ASP Conf. 347, 491)
 //! where they exceed [`SIP_NEEDED_PX`] in a corner. The frame is drawn through this same mapping.
 
+use super::sip::{CUBIC, SIP_TERMS, Sip};
 use crate::astro::{angles, direction};
 use glam::{DMat2, DVec2, DVec3};
 
 /// Distortion in a corner above which polynomial terms are kept \[px\].
 pub const SIP_NEEDED_PX: f64 = 0.02;
-
-/// Powers (of u, of v) of the distortion's terms, in the order of [`Sip`]'s coefficients.
-pub const SIP_TERMS: [(i32, i32); 7] = [(2, 0), (1, 1), (0, 2), (3, 0), (2, 1), (1, 2), (0, 3)];
-
-/// Distortion of second and third order: added to the pixel offset (u, v) before the CD matrix.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Sip {
-    /// A_i_j of [`SIP_TERMS`] \[px^(1 - i - j)\].
-    pub a: [f64; 7],
-    /// B_i_j of [`SIP_TERMS`] \[px^(1 - i - j)\].
-    pub b: [f64; 7],
-}
-
-impl Sip {
-    fn shift(&self, p: DVec2) -> DVec2 {
-        let mut sum = DVec2::ZERO;
-        for (k, (i, j)) in SIP_TERMS.into_iter().enumerate() {
-            sum += DVec2::new(self.a[k], self.b[k]) * (p.x.powi(i) * p.y.powi(j));
-        }
-        sum
-    }
-}
 
 /// World coordinates of a frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -95,11 +74,24 @@ impl Wcs {
             let (i, j) = SIP_TERMS[k];
             to_pixels * taylor[k] / (h.x.powi(i) * h.y.powi(j))
         };
-        let terms: [DVec2; 7] = std::array::from_fn(term);
-        let sip = Sip { a: terms.map(|t| t.x), b: terms.map(|t| t.y) };
+        let mut sip = Sip::default();
+        for k in 0..CUBIC {
+            let term = term(k);
+            (sip.a[k], sip.b[k]) = (term.x, term.y);
+        }
         let corners = [(1.0, 1.0), (1.0, -1.0)].map(|(x, y)| sip.shift(half_size * DVec2::new(x, y)).length());
         let needed = corners.into_iter().fold(0.0, f64::max) > SIP_NEEDED_PX;
         Self { centre, crpix, cd, sip: needed.then_some(sip) }
+    }
+
+    /// The same world seen through optics that distort, by little: the sum of both polynomials is exact to the product of a
+    /// distortion and the other's slope.
+    pub fn through(self, optics: Option<&Sip>) -> Self {
+        let sip = match (self.sip, optics) {
+            (Some(sky), Some(optics)) => Some(sky.plus(optics)),
+            (sky, optics) => sky.or(optics.copied()),
+        };
+        Self { sip, ..self }
     }
 
     /// Right ascension and declination of the reference pixel \[rad\].
@@ -132,9 +124,13 @@ impl Wcs {
         let undistorted = self.cd.inverse() * plane;
         let mut offset = undistorted;
         if let Some(sip) = self.sip {
-            // the distortion is below a per cent of the offset: each step gains at least two digits
-            for _ in 0..12 {
+            // the distortion is below a tenth of the offset: each step gains at least half a digit
+            for _ in 0..24 {
+                let last = offset;
                 offset = undistorted - sip.shift(offset);
+                if (offset - last).length_squared() < 1e-20 {
+                    break;
+                }
             }
         }
         Some(offset + self.crpix)

@@ -9,7 +9,7 @@ use crate::camera::truth::{self, Truth};
 use crate::io::ecsv::to_ecsv;
 use crate::io::exr_file::{self, Samples};
 use crate::io::preview::Preview;
-use crate::io::{atomic, checksum, fits, fz, image, labels};
+use crate::io::{atomic, checksum, fits, fz, image, labels, regions};
 use crate::plan::view::View;
 use crate::scene::{Crop, Scene};
 use crate::simulate::{Simulator, whole};
@@ -259,6 +259,14 @@ fn write_companions(
             let preview = Preview::new(image.width, image.height);
             preview.rows(0, &adu);
             atomic::write(&path, &preview.png()?)?;
+        }
+    }
+    if output.format.iter().any(|format| format == "reg") {
+        let path = dir.numbered("regions", "", number, "reg")?;
+        if !(kept && path.exists()) {
+            let names = simulator.scene.target.iter().map(|t| t.name.as_str());
+            let targets = names.zip(&scenery.targets).collect::<Vec<_>>();
+            atomic::write(&path, regions::ds9(&scenery.stars, &targets, region).as_bytes())?;
         }
     }
     if output.star_table {

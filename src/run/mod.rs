@@ -1,5 +1,6 @@
 //! A scene's output directory: what is written where, what is kept, what is refused.
 
+pub mod calibrate;
 pub mod frames;
 pub mod lightcurve;
 pub mod tables;
@@ -97,7 +98,7 @@ impl OutputDir {
         for name in ["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "lightcurve.ecsv"] {
             remove_if_there(fs::remove_file(self.path.join(name)))?;
         }
-        for name in ["frames", "planes", "stars", "previews", "inputs"] {
+        for name in ["frames", "planes", "stars", "previews", "regions", "inputs"] {
             remove_if_there(fs::remove_dir_all(self.path.join(name)))?;
         }
         Ok(())

@@ -73,6 +73,8 @@ pub struct Telescope {
     pub vignetting: f64,
     /// Distortion: `none` or a file of SIP coefficients.
     pub sip: Table,
+    /// Tilt of the chip about its y and x axes, degrees.
+    pub tilt_deg: [f64; 2],
 }
 
 /// Shape of a star's image.

@@ -56,7 +56,8 @@ pub(super) static KEYS: &[Key] = &[
     key("telescope.psf", WordOrFile(&["gaussian", "moffat", "airy", "kolmogorov"], &[], "a FITS image", true), "", Is("\"moffat\""), "shape of a star's image; airy: diffraction alone"),
     key("telescope.moffat_beta", Above(1.0, 100.0), "", Is("3.0"), "exponent of the Moffat profile").when("psf", "moffat"),
     key("telescope.vignetting", Real(0.0, 1.0), "", Is("0.0"), "share of light lost in the corner; falls with the square of the distance"),
-    key("telescope.sip", WordOrFile(&["none"], &[], "a file of SIP coefficients", false), "", Is("\"none\""), "distortion"),
+    key("telescope.sip", WordOrFile(&["none"], &[], "a file of SIP coefficients", true), "", Is("\"none\""), "distortion: A_i_j and B_i_j about the centre, as in a FITS header"),
+    key("telescope.tilt_deg", Reals(2, -45.0, 45.0), "deg", Is("[0.0, 0.0]"), "tilt of the chip about its y and x axes; no defocus"),
 
     table("detector", Section, "the chip and its electronics"),
     key("detector.size_px", Size, "px", Must("[4096, 4096]"), "width, height; one integer = a square"),
@@ -211,7 +212,7 @@ pub(super) static KEYS: &[Key] = &[
     key("accuracy.position_mas", Above(0.0, 1e6), "mas", Is("1.0"), "error of a computed place; forces on an integrated orbit below a tenth of it are left out"),
 
     table("output", Section, "what is written; changes no pixel and not SCENESHA"),
-    key("output.format", Words(&["fits", "fits.fz", "exr", "png"], &[]), "", Is("[\"fits\"]"), "of the frames; one of fits and fits.fz (Rice) at least"),
+    key("output.format", Words(&["fits", "fits.fz", "exr", "png", "reg"], &[]), "", Is("[\"fits\"]"), "of the frames; one of fits and fits.fz (Rice) at least; reg: DS9 regions"),
     key("output.planes", Words(&["mean", "variance"], &[]), "", Is("[]"), "planes/mean_NNNN.fits, variance_NNNN.fits: f32 electrons"),
     key("output.star_table", Flag, "", Is("false"), "stars/stars_NNNN.ecsv: the stars drawn, their places and electrons"),
     key("output.crop", Crop, "px", Is("\"none\""), "the part of each frame that is written"),

@@ -63,6 +63,7 @@ impl Telescope {
             moffat_beta: get::<Option<f64>>(table, "moffat_beta")?.unwrap_or(3.0),
             vignetting: get(table, "vignetting")?,
             sip: get(table, "sip")?,
+            tilt_deg: get(table, "tilt_deg")?,
         })
     }
 
@@ -81,6 +82,7 @@ impl Telescope {
         put(table, "telescope", "moffat_beta", &beta);
         put(table, "telescope", "vignetting", &self.vignetting);
         put(table, "telescope", "sip", &self.sip);
+        put(table, "telescope", "tilt_deg", &self.tilt_deg);
     }
 }
 
@@ -194,6 +196,9 @@ pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String
     for input in &inputs {
         if let Some(table) = named_table(&mut scene, &input.key) {
             *table = Table::File(input.path.clone());
+        }
+        if input.key == "telescope.psf" {
+            scene.telescope.psf = Psf::Image(input.path.clone());
         }
         if let Some(path) = path_of(&mut scene.target, &input.key) {
             path.clone_from(&input.path);
