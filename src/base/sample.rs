@@ -166,11 +166,6 @@ pub(super) fn normal_at(word: u64) -> f64 {
     if word >> 63 == 0 { normal_quantile(share(word)) } else { -normal_quantile(share(!word)) }
 }
 
-/// The normal quantile of a word of 32 bits: for fixed patterns; cut at 6.3 standard deviations.
-pub fn normal_of(word: u32) -> f64 {
-    normal_at(u64::from(word) << 32 | 1 << 31)
-}
-
 /// Hand the pixels numbered from `first` on to `work`, chunk by chunk: the chunk's number, the place in it of its first
 /// pixel handed over, and the pixels.
 #[inline(always)]

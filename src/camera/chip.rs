@@ -217,7 +217,7 @@ impl<'c> Chip<'c> {
             if !self.smear.is_empty() {
                 row.iter_mut().zip(&self.smear[region.x0..]).for_each(|(value, smear)| *value += smear);
             }
-            self.dark.add(row, first);
+            self.dark.add(row, first, scratch);
         }
     }
 
@@ -280,16 +280,7 @@ impl<'c> Chip<'c> {
         self.held(&wide, &mut scratch.charge, &mut scratch.row);
         scratch.more.resize(width * region.height, 0.0);
         down.rows(&scratch.charge, width, region.y0, trail_y, &mut scratch.more);
-        let mut shares = Vec::new();
-        for x in x0..right {
-            along.shares(x, &mut shares);
-            for (k, share) in shares.iter().enumerate() {
-                let Some(to) = (x + k).checked_sub(region.x0).filter(|to| *to < region.width) else { continue };
-                for y in 0..region.height {
-                    scratch.moved[y * region.width + to] += share * scratch.more[y * width + x - x0];
-                }
-            }
-        }
+        along.columns(&scratch.more, x0, width, region, &mut scratch.moved);
     }
 
     /// Numbers \[ADU\] of the stored pixels of `region`, by rows.
@@ -310,8 +301,8 @@ impl<'c> Chip<'c> {
                 nonlinearity::apply(row, d.nonlinearity, self.full_well_e);
             }
             if let Some(spread) = d.cmos_read_noise_spread.filter(|spread| *spread > 0.0) {
-                let noise = &mut noise[..region.width];
-                read_noise::apply_uneven(row, first, &read_at, sigma, spread, d.pattern_seed, noise);
+                let scratch = [&mut noise[..region.width], &mut more[..region.width]];
+                read_noise::apply_uneven(row, first, &read_at, sigma, spread, d.pattern_seed, scratch);
             } else {
                 read_noise::apply(row, first, &read_at, sigma);
             }

@@ -4,6 +4,8 @@
 //! Scientific CCDs, sect. 5.1). Rows move towards row 0 and then along it towards column 0: a pixel of row y and column x
 //! makes y + 1 and x + 1 transfers. What would lie further behind than the trail kept (1e-7) is put into its last pixel.
 
+use crate::camera::region::Region;
+
 /// Share beyond the last pixel of a trail.
 const BEYOND: f64 = 1e-7;
 
@@ -47,6 +49,26 @@ impl Transfer {
             term *= (n - k as f64).max(0.0) / (k + 1) as f64 * self.cti / (1.0 - self.cti);
         }
         out.push((1.0 - sum).max(0.0));
+    }
+
+    /// Move `width` columns of charge, numbered from `x0` on, along their rows into the columns of `region`.
+    pub fn columns(&self, charge: &[f64], x0: usize, width: usize, region: &Region, out: &mut [f64]) {
+        // the share of each column's packet that falls k pixels behind, column by column
+        let mut one = Vec::new();
+        let mut behind = vec![vec![0.0; width]; self.trail + 1];
+        for x in 0..width {
+            self.shares(x0 + x, &mut one);
+            behind.iter_mut().zip(&one).for_each(|(shares, share)| shares[x] = *share);
+        }
+        for (row, out) in charge.chunks_exact(width).zip(out.chunks_exact_mut(region.width)) {
+            for (k, shares) in behind.iter().enumerate() {
+                // the first packet whose share lands in the region
+                let from = region.x0.saturating_sub(x0 + k).min(width);
+                let to = (x0 + from + k).saturating_sub(region.x0).min(out.len());
+                let packets = row[from..].iter().zip(&shares[from..]);
+                out[to..].iter_mut().zip(packets).for_each(|(value, (packet, share))| *value += packet * share);
+            }
+        }
     }
 
     /// Move rows of charge \[e-\] of width `width` down: `charge` holds `before` rows below the first of `out`'s, numbered

@@ -2,7 +2,7 @@
 
 use super::pattern;
 use crate::base::random::{Address, CHUNK, Stage};
-use crate::base::sample::{normal_of, uniform};
+use crate::base::sample::{add_normal, uniform};
 use crate::scene::Detector;
 
 /// Decades over which the rates of hot pixels are spread evenly, above the usual rate.
@@ -45,32 +45,34 @@ impl Dark {
         self.mean_e
     }
 
-    /// Add dark charge \[e-\] to pixels numbered from `first` on.
-    pub fn add(&self, row: &mut [f64], first: u64) {
+    /// Add dark charge \[e-\] to pixels numbered from `first` on; `scratch` is as long as the row.
+    pub fn add(&self, row: &mut [f64], first: u64, scratch: &mut [f64]) {
         if self.mean_e <= 0.0 {
             return;
         }
         if self.log_normal.is_none() && self.hot.is_none() {
             return row.iter_mut().for_each(|value| *value += self.mean_e);
         }
-        let dsnu = pattern::address(self.chip_seed, Stage::Dsnu);
-        let hot = pattern::address(self.chip_seed, Stage::HotPixels);
-        let mut words = (u64::MAX, [0; CHUNK], [0; CHUNK]);
-        for (pixel, value) in (first..).zip(row) {
-            let (chunk, lane) = (pixel / CHUNK as u64, (pixel % CHUNK as u64) as usize);
-            if words.0 != chunk {
-                words = (chunk, dsnu.chunk(chunk), hot.chunk(chunk));
+        match self.log_normal {
+            Some([width, mean]) => {
+                scratch.fill(mean);
+                add_normal(&pattern::address(self.chip_seed, Stage::Dsnu), first, width, scratch);
+                scratch.iter_mut().for_each(|factor| *factor = libm::exp(*factor));
             }
-            let mut factor = match self.log_normal {
-                Some([width, mean]) => libm::exp(width * normal_of(words.1[lane]) + mean),
-                None => 1.0,
-            };
-            if let Some(more) = self.hot.and_then(|hot_pixels| self.excess(&hot, pixel, words.2[lane], hot_pixels))
-            {
-                factor += more;
-            }
-            *value += self.mean_e * factor;
+            None => scratch.fill(1.0),
         }
+        if let Some(hot_pixels) = self.hot {
+            let hot = pattern::address(self.chip_seed, Stage::HotPixels);
+            let mut words = (u64::MAX, [0; CHUNK]);
+            for (pixel, factor) in (first..).zip(&mut *scratch) {
+                let (chunk, lane) = (pixel / CHUNK as u64, (pixel % CHUNK as u64) as usize);
+                if words.0 != chunk {
+                    words = (chunk, hot.chunk(chunk));
+                }
+                *factor += self.excess(&hot, pixel, words.1[lane], hot_pixels).unwrap_or(0.0);
+            }
+        }
+        row.iter_mut().zip(scratch).for_each(|(value, factor)| *value += self.mean_e * *factor);
     }
 
     /// What a hot pixel has more than a usual one, as a multiple; none for a usual one.
@@ -101,7 +103,7 @@ mod tests {
         assert!((rate(&d) / 0.1 - 1.0).abs() < 1e-12);
         let dark = Dark::new(&d, 100.0);
         let mut row = vec![0.0; 1_000_000];
-        dark.add(&mut row, 0);
+        dark.add(&mut row, 0, &mut vec![0.0; 1_000_000]);
         let n = row.len() as f64;
         let mean = row.iter().sum::<f64>() / n;
         let spread = (row.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / n).sqrt() / mean;
@@ -113,7 +115,7 @@ mod tests {
 
         let hot = Dark::new(&detector(&[("detector.hot_pixel_fraction", "0.001")]), 100.0);
         let mut row = vec![0.0; 1_000_000];
-        hot.add(&mut row, 0);
+        hot.add(&mut row, 0, &mut vec![0.0; 1_000_000]);
         let found = row.iter().filter(|v| **v > 49.0).count() as f64;
         assert!((found - 1000.0).abs() < 5.0 * 1000f64.sqrt(), "{found}");
         assert!(row.iter().all(|v| *v >= 5.0 && *v <= 5000.0));
