@@ -217,11 +217,12 @@ pub(super) fn add_normal_on(path: Path, address: &Address, first: u64, sigma: f6
 /// Call `work` with the places of the true ones.
 #[inline(always)]
 pub(super) fn each_true(flags: &[bool; CHUNK], mut work: impl FnMut(usize)) {
-    for (eighth, flags) in flags.chunks_exact(8).enumerate() {
-        if flags.iter().fold(false, |any, flag| any | flag) {
-            for (i, _) in flags.iter().enumerate().filter(|(_, flag)| **flag) {
-                work(eighth * 8 + i);
-            }
+    for (eighth, flags) in flags.as_chunks::<8>().0.iter().enumerate() {
+        // eight at once
+        let mut set = u64::from_le_bytes(flags.map(u8::from));
+        while set != 0 {
+            work(eighth * 8 + set.trailing_zeros() as usize / 8);
+            set &= set - 1;
         }
     }
 }

@@ -186,14 +186,13 @@ impl Scenery {
             return;
         }
         for (y, row) in (region.y0..).zip(out.chunks_exact_mut(region.width)) {
-            self.sky.add_row(y, region.x0, row);
+            self.sky.add_row(y, region.x0, self.lost_e_px, row);
         }
         self.add_stars(region, out);
         self.add_targets(region, left_out, out);
     }
 
     fn add_stars(&self, region: &Region, out: &mut [f64]) {
-        out.iter_mut().for_each(|value| *value += self.lost_e_px);
         for (number, star) in self.stars.iter().enumerate() {
             self.trails.add(&self.psf, number, star, self.edge, region, out);
         }
@@ -236,13 +235,20 @@ impl Scenery {
         let sky = self.parts.iter().map(|(name, part)| {
             let add = |out: &mut [f64]| {
                 for (y, row) in (seen.y0..).zip(out.chunks_exact_mut(seen.width)) {
-                    part.add_row(y, seen.x0, row);
+                    part.add_row(y, seen.x0, 0.0, row);
                 }
             };
             layer(name, &add, true)
         });
         sky.chain([
-            layer("mean.stars", &|out| self.add_stars(&seen, out), true),
+            layer(
+                "mean.stars",
+                &|out| {
+                    out.fill(self.lost_e_px);
+                    self.add_stars(&seen, out);
+                },
+                true,
+            ),
             layer("mean.target", &|out| self.add_targets(&seen, usize::MAX, out), true),
             layer("mean.dark", &|out| out.fill(self.dark_e), false),
         ])

@@ -96,8 +96,8 @@ impl SkyField {
         row(j) + fy * (row(j + 1) - row(j))
     }
 
-    /// Means of the pixels from `x0` on in row `y`, added to `out`.
-    pub fn add_row(&self, y: usize, x0: usize, out: &mut [f64]) {
+    /// Means of the pixels from `x0` on in row `y`, and `more` \[e-/px\], added to `out`.
+    pub fn add_row(&self, y: usize, x0: usize, more: f64, out: &mut [f64]) {
         let (j, fy) = self.cell(y as f64, self.size.y);
         let node = |i: usize| {
             let k = j * (self.cells + 1) + i;
@@ -118,7 +118,7 @@ impl SkyField {
                 i += 1;
             }
             let (now, later) = left.split_at_mut((end(i) - x).min(left.len()));
-            let (value, slope) = (node(i), node(i + 1) - node(i));
+            let (value, slope) = (node(i) + more, node(i + 1) - node(i));
             let (first, cell) = (x as i32, i as f64);
             Path::best().run(
                 #[inline(always)]

@@ -6,28 +6,29 @@ use crate::scene::Detector;
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Converter {
     gain_e_per_adu: f64,
+    /// 1 over the gain: a product costs a fifth of a quotient.
+    adu_per_e: f64,
     bias_adu: f64,
     top_adu: f64,
 }
 
 /// A number of the converter as stored: 16 or 32 bits, unsigned.
 pub trait Number: Copy + Default + Send + Sync {
-    /// The number, which lies within its range.
-    fn of(adu: f64) -> Self;
+    /// The lowest bits of a word.
+    fn low(bits: u64) -> Self;
 }
 
 impl Number for u16 {
     #[inline(always)]
-    fn of(adu: f64) -> Self {
-        // by way of i32, for which all machines have an instruction
-        adu as i32 as u16
+    fn low(bits: u64) -> Self {
+        bits as u16
     }
 }
 
 impl Number for u32 {
     #[inline(always)]
-    fn of(adu: f64) -> Self {
-        adu as u32
+    fn low(bits: u64) -> Self {
+        bits as u32
     }
 }
 
@@ -36,26 +37,33 @@ impl Converter {
     pub fn of(detector: &Detector) -> Self {
         Self {
             gain_e_per_adu: detector.gain_e_per_adu,
+            adu_per_e: 1.0 / detector.gain_e_per_adu,
             bias_adu: detector.bias_adu,
             top_adu: ((1u64 << detector.bits) - 1) as f64,
         }
     }
 
-    /// Numbers \[ADU\] of charges \[e-\], halves rounded up.
+    /// The nearest whole number to a level, halves to the even one; cut at 0 and at the top.
+    #[inline(always)]
+    fn number<N: Number>(&self, level: f64) -> N {
+        /// Adding 2^52 rounds to a whole number, which then stands in the lowest bits.
+        const ROUND: f64 = 4_503_599_627_370_496.0;
+        let level = if level > 0.0 { level } else { 0.0 };
+        N::low(((if level < self.top_adu { level } else { self.top_adu }) + ROUND).to_bits())
+    }
+
+    /// Numbers \[ADU\] of charges \[e-\].
     #[inline(always)]
     pub fn apply<N: Number>(&self, row: &[f64], out: &mut [N]) {
         for (adu, electrons) in out.iter_mut().zip(row) {
-            let level = electrons / self.gain_e_per_adu + self.bias_adu + 0.5;
-            let level = if level > 0.0 { level } else { 0.0 };
-            *adu = N::of(if level < self.top_adu { level } else { self.top_adu });
+            *adu = self.number(electrons * self.adu_per_e + self.bias_adu);
         }
     }
 
     /// The same with an offset of each pixel \[ADU\] and a factor of its gain.
     pub fn apply_uneven<N: Number>(&self, row: &[f64], offsets: &[f64], gains: &[f64], out: &mut [N]) {
         for (((adu, electrons), offset), gain) in out.iter_mut().zip(row).zip(offsets).zip(gains) {
-            let level = electrons / (self.gain_e_per_adu * gain) + self.bias_adu + offset + 0.5;
-            *adu = N::of(level.max(0.0).min(self.top_adu));
+            *adu = self.number(electrons / (self.gain_e_per_adu * gain) + self.bias_adu + offset);
         }
     }
 
