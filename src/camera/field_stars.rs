@@ -192,7 +192,8 @@ pub fn stars(
         return Vec::new();
     }
     if scene.stars.random_count > 0 {
-        return random_places(scene, view).filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v, None)).collect();
+        let places = random_places(scene, view);
+        return places.filter_map(|(id, icrs, mag_v)| source(id, icrs, mag_v, None)).collect();
     }
     let scale = view.wcs.mid.pixel_scale();
     let drift = view.wcs.start.centre.distance(view.wcs.end.centre);
@@ -206,12 +207,13 @@ pub fn stars(
 }
 
 /// Benchmark stars: uniform over the frame at mid-exposure, dN/dm ~ 10^(0.35 m).
-fn random_places(scene: &Scene, view: &View) -> impl Iterator<Item = (u64, DVec3, f64)> {
+fn random_places(scene: &Scene, view: &View) -> impl IndexedParallelIterator<Item = (u64, DVec3, f64)> {
     let address = Address { seed: scene.stars.random_seed, frame: 0, stage: Stage::RandomStars };
     let [width, height] = scene.detector.light_px().map(|n| n as f64);
     let [bright, faint] = scene.stars.random_mag_v.map(|m| libm::exp10(0.35 * m));
     let wcs = view.wcs.mid;
-    (0..scene.stars.random_count as u64).map(move |id| {
+    (0..scene.stars.random_count).into_par_iter().map(move |number| {
+        let id = number as u64;
         let [x, y] = address.block(id, 0).map(uniform);
         let u = uniform(address.block(id, 1)[0]);
         let mag_v = libm::log10(bright + u * (faint - bright)) / 0.35;

@@ -193,8 +193,8 @@ impl Scenery {
     }
 
     fn add_stars(&self, region: &Region, out: &mut [f64]) {
-        for (number, star) in self.stars.iter().enumerate() {
-            self.trails.add(&self.psf, number, star, self.edge, region, out);
+        for number in self.trails.touching(region) {
+            self.trails.add(&self.psf, number, &self.stars[number], self.edge, region, out);
         }
     }
 

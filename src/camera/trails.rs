@@ -18,6 +18,10 @@ use std::collections::BTreeMap;
 const LARGEST: usize = 8 << 20;
 /// An image is worth its making for this many arcs per phase of its grid.
 const WORTH: f64 = 1.5;
+/// Rows in whose stars a region looks for its own.
+const BUCKET: usize = 64;
+/// Rows beyond which all stars are in one bucket.
+const MOST_BUCKETS: usize = 1024;
 /// Most times that a trail is halved.
 const MOST_HALVINGS: u32 = 10;
 
@@ -30,6 +34,8 @@ pub struct Trails {
     images: Vec<Planes>,
     /// Number of the image of each star, in the order of the stars.
     of_star: Vec<Option<usize>>,
+    /// Numbers of the stars that may reach into each [`BUCKET`] of rows, in order; the last bucket reaches on.
+    buckets: Vec<Vec<u32>>,
 }
 
 impl Trails {
@@ -40,7 +46,8 @@ impl Trails {
             classes.entry(psf.stamp(star.electrons, edge).square).or_default().push(number);
         }
         let trailing = || classes.values().flatten().map(|number| &stars[*number].path);
-        let mut all = Self { arcs: 0, images: Vec::new(), of_star: vec![None; stars.len()] };
+        let mut all =
+            Self { arcs: 0, images: Vec::new(), of_star: vec![None; stars.len()], buckets: buckets(psf, stars) };
         let agreed = (0..=MOST_HALVINGS).find_map(|halvings| {
             let arcs = 1usize << halvings;
             let shape = mean_shape(trailing(), arcs)?;
@@ -69,6 +76,20 @@ impl Trails {
         self.images.iter().map(Planes::bytes).sum()
     }
 
+    /// Numbers of the stars that may reach into `region`, in their order.
+    pub fn touching(&self, region: &Region) -> Vec<usize> {
+        let last = MOST_BUCKETS - 1;
+        let of = |row: usize| (row / BUCKET).min(last);
+        let end = of(region.y0 + region.height.saturating_sub(1)) + 1;
+        let buckets = self.buckets.get(of(region.y0)..end.min(self.buckets.len())).unwrap_or_default();
+        let mut numbers = buckets.iter().flatten().map(|number| *number as usize).collect::<Vec<_>>();
+        if buckets.len() > 1 {
+            numbers.sort_unstable();
+            numbers.dedup();
+        }
+        numbers
+    }
+
     /// Add star number `number` of the frame to the pixels of `region`.
     pub fn add(&self, psf: &Psf, number: usize, star: &PointSource, edge: f64, region: &Region, out: &mut [f64]) {
         let Some(image) = self.of_star.get(number).copied().flatten() else {
@@ -88,6 +109,26 @@ impl Trails {
             self.images[image].add(middle, [x, y], electrons, region, out);
         }
     }
+}
+
+/// The stars that may reach into each bucket of rows.
+fn buckets(psf: &Psf, stars: &[PointSource]) -> Vec<Vec<u32>> {
+    let margin = psf.radius() as f64 + 2.0;
+    let mut buckets: Vec<Vec<u32>> = Vec::new();
+    for (number, star) in stars.iter().enumerate() {
+        let (low, high) = star.path.bounds();
+        let (low, high) = (low.y - margin, high.y + margin);
+        if low.is_nan() || high.is_nan() || high < 0.0 {
+            continue;
+        }
+        let of = |y: f64| ((y.max(0.0) / BUCKET as f64) as usize).min(MOST_BUCKETS - 1);
+        let (first, last) = (of(low), of(high));
+        if buckets.len() <= last {
+            buckets.resize(last + 1, Vec::new());
+        }
+        buckets[first..=last].iter_mut().for_each(|bucket| bucket.push(number as u32));
+    }
+    buckets
 }
 
 /// True for a star that moves by more than its width, at a place that is a number.

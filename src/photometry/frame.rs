@@ -271,7 +271,7 @@ impl Frame {
         let half = self.track_rad_s * (0.5 * self.exptime_s);
         let shifted = |sign: f64| {
             let centre = direction(ra + sign * half.x / dec.cos().max(1e-6), dec + sign * half.y);
-            Wcs { centre, ..self.wcs }.pixel(star)
+            self.wcs.turned_to(centre).pixel(star)
         };
         let (start, end) = if half == DVec2::ZERO {
             let place = self.wcs.pixel(star)?;

@@ -24,6 +24,10 @@ pub struct Wcs {
     pub cd: DMat2,
     /// Distortion of higher order, if it matters.
     pub sip: Option<Sip>,
+    /// East and north at the reference pixel.
+    east_north: (DVec3, DVec3),
+    /// The inverse of `cd` \[px/rad\].
+    to_pixels: DMat2,
 }
 
 /// East and north unit vectors at a direction; at a pole, those of right ascension 0.
@@ -36,7 +40,16 @@ pub fn east_north(centre: DVec3) -> (DVec3, DVec3) {
 impl Wcs {
     /// World coordinates from right ascension and declination of the reference pixel \[rad\].
     pub fn new(ra: f64, dec: f64, crpix: DVec2, cd: DMat2, sip: Option<Sip>) -> Self {
-        Self { centre: direction(ra, dec), crpix, cd, sip }
+        Self::assembled(direction(ra, dec), crpix, cd, sip)
+    }
+
+    fn assembled(centre: DVec3, crpix: DVec2, cd: DMat2, sip: Option<Sip>) -> Self {
+        Self { centre, crpix, cd, sip, east_north: east_north(centre), to_pixels: cd.inverse() }
+    }
+
+    /// The same camera turned to another reference place.
+    pub fn turned_to(self, centre: DVec3) -> Self {
+        Self::assembled(centre, self.crpix, self.cd, self.sip)
     }
 
     /// World coordinates of the exact map `sky` from pixel offsets about `crpix` to astrometric directions,
@@ -81,7 +94,7 @@ impl Wcs {
         }
         let corners = [(1.0, 1.0), (1.0, -1.0)].map(|(x, y)| sip.shift(half_size * DVec2::new(x, y)).length());
         let needed = corners.into_iter().fold(0.0, f64::max) > SIP_NEEDED_PX;
-        Self { centre, crpix, cd, sip: needed.then_some(sip) }
+        Self::assembled(centre, crpix, cd, needed.then_some(sip))
     }
 
     /// The same world seen through optics that distort, by little: the sum of both polynomials is exact to the product of a
@@ -109,7 +122,7 @@ impl Wcs {
         let offset = pixel - self.crpix;
         let offset = offset + self.sip.map_or(DVec2::ZERO, |sip| sip.shift(offset));
         let plane = self.cd * offset;
-        let (east, north) = east_north(self.centre);
+        let (east, north) = self.east_north;
         (self.centre + east * plane.x + north * plane.y).normalize()
     }
 
@@ -119,9 +132,9 @@ impl Wcs {
         if depth.is_nan() || depth < 0.17 {
             return None;
         }
-        let (east, north) = east_north(self.centre);
+        let (east, north) = self.east_north;
         let plane = DVec2::new(sky.dot(east), sky.dot(north)) / sky.dot(self.centre);
-        let undistorted = self.cd.inverse() * plane;
+        let undistorted = self.to_pixels * plane;
         let mut offset = undistorted;
         if let Some(sip) = self.sip {
             // the distortion is below a tenth of the offset: each step gains at least half a digit
