@@ -12,7 +12,8 @@ fn nightglass(dir: &Path, arguments: &[&str]) {
 fn scenes_in_the_examples_run() {
     let folder = tempfile::tempdir().expect("a folder");
     let examples = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples");
-    let scenes = std::fs::read_dir(examples).expect("examples").flatten().map(|e| e.path());
+    let folders = [examples.join("bench"), examples];
+    let scenes = folders.iter().flat_map(|f| std::fs::read_dir(f).expect("examples").flatten().map(|e| e.path()));
     let scenes = scenes.filter(|p| p.extension().is_some_and(|e| e == "toml")).collect::<Vec<_>>();
     assert!(scenes.len() >= 2);
     for scene in scenes {
@@ -29,5 +30,11 @@ fn every_built_in_station_makes_a_frame() {
         let preset = format!("station.preset={name}");
         let sets = ["--set", &preset, "--set", "detector.size_px=64", "--frames", "0", "-o", name];
         nightglass(folder.path(), &[&["render", "pogs-geo"][..], &sets[..]].concat());
+        let calibration = ["calibrate", name, "--count", "1", "--set", "detector.size_px=64"];
+        nightglass(folder.path(), &calibration);
+        for kind in ["bias", "dark", "flat"] {
+            let file = folder.path().join(format!("out/calibration-{name}/{kind}_0000.fits"));
+            assert!(file.is_file(), "{}", file.display());
+        }
     }
 }
