@@ -16,6 +16,7 @@ pub mod expose;
 pub mod field_stars;
 pub mod optics;
 pub mod path;
+pub mod pixel_response;
 pub mod planes;
 pub mod point_source;
 pub mod profile;

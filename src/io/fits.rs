@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 
 /// Size of a FITS block \[bytes\].
-const BLOCK: usize = 2880;
+pub(super) const BLOCK: usize = 2880;
 /// Size of a card \[bytes\].
 const CARD: usize = 80;
 
@@ -140,14 +140,7 @@ impl Writer {
     /// Whatever the file system says, with the path.
     pub fn finish(mut self) -> io::Result<()> {
         let datasum = checksum::folded(self.datasum.load(Ordering::Relaxed));
-        self.header.push("DATASUM", datasum.to_string(), "ones' complement sum of the data");
-        self.header.push("CHECKSUM", "0".repeat(16), "sum of the whole HDU is -0");
-        let mut head = self.header.lines().concat().into_bytes();
-        let checksum_at = head.len() - CARD + 11;
-        head.extend_from_slice(format!("{:<80}", "END").as_bytes());
-        head.resize(head.len().next_multiple_of(BLOCK), b' ');
-        let total = checksum::ones_complement_sum(&head, datasum);
-        head[checksum_at..checksum_at + 16].copy_from_slice(checksum::encode(!total).as_bytes());
+        let head = sealed(std::mem::take(&mut self.header), datasum);
         let data = (self.width * self.height * self.kind.bytes()).next_multiple_of(BLOCK) as u64;
         let file = self.file.get_mut().unwrap_or_else(PoisonError::into_inner);
         let written = file
@@ -157,6 +150,19 @@ impl Writer {
         written.map_err(|e| self.told(e))?;
         atomic::finish(&self.path)
     }
+}
+
+/// The blocks of a header with the sums of its HDU, whose data sum to `datasum`.
+pub(super) fn sealed(mut header: Header, datasum: u32) -> Vec<u8> {
+    header.push("DATASUM", datasum.to_string(), "ones' complement sum of the data");
+    header.push("CHECKSUM", "0".repeat(16), "sum of the whole HDU is -0");
+    let mut head = header.lines().concat().into_bytes();
+    let checksum_at = head.len() - CARD + 11;
+    head.extend_from_slice(format!("{:<80}", "END").as_bytes());
+    head.resize(head.len().next_multiple_of(BLOCK), b' ');
+    let total = checksum::ones_complement_sum(&head, datasum);
+    head[checksum_at..checksum_at + 16].copy_from_slice(checksum::encode(!total).as_bytes());
+    head
 }
 
 /// Write a whole image under `path`, whole or not at all.

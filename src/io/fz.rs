@@ -7,10 +7,9 @@
 //! round, so any row can be coded.
 
 use super::checksum;
+use super::fits::{BLOCK, sealed};
 use super::header::{Header, Value};
 
-/// Size of a FITS block \[bytes\].
-const BLOCK: usize = 2880;
 /// Pixels that share a code.
 const SHARED: usize = 32;
 
@@ -169,8 +168,8 @@ fn hdus(width: usize, depth: Depth, rows: &[Vec<u8>], header: &Header, descripto
     let data = table(rows, descriptor);
     let mut extension = table_header(width, depth, rows, descriptor);
     extension.cards.extend(header.cards.iter().cloned());
-    let mut bytes = head(primary, &[]);
-    bytes.extend(head(extension, &data));
+    let mut bytes = sealed(primary, 0);
+    bytes.extend(sealed(extension, checksum::ones_complement_sum(&data, 0)));
     bytes.extend(data);
     bytes
 }
@@ -233,20 +232,6 @@ fn table(rows: &[Vec<u8>], descriptor: Descriptor) -> Vec<u8> {
     rows.iter().for_each(|row| data.extend_from_slice(row));
     data.resize(data.len().next_multiple_of(BLOCK), 0);
     data
-}
-
-/// The blocks of a header with the sums of its HDU.
-fn head(mut header: Header, data: &[u8]) -> Vec<u8> {
-    let datasum = checksum::ones_complement_sum(data, 0);
-    header.push("DATASUM", datasum.to_string(), "ones' complement sum of the data");
-    header.push("CHECKSUM", "0".repeat(16), "sum of the whole HDU is -0");
-    let mut head = header.lines().concat().into_bytes();
-    let checksum_at = head.len() - 80 + 11;
-    head.extend_from_slice(format!("{:<80}", "END").as_bytes());
-    head.resize(head.len().next_multiple_of(BLOCK), b' ');
-    let total = checksum::ones_complement_sum(&head, datasum);
-    head[checksum_at..checksum_at + 16].copy_from_slice(checksum::encode(!total).as_bytes());
-    head
 }
 
 #[cfg(test)]
