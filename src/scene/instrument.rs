@@ -44,6 +44,8 @@ pub struct Station {
     pub horizon_deg: Vec<[f64; 2]>,
     /// Whether scintillation is simulated.
     pub scintillation: bool,
+    /// Its standard deviation at the site, times Young's.
+    pub scintillation_factor: f64,
 }
 
 /// `[telescope]`: the optics.

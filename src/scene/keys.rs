@@ -43,6 +43,7 @@ pub(super) static KEYS: &[Key] = &[
     key("station.ground_albedo", Real(0.0, 1.0), "", Is("0.15"), "of the ground around: it lights the sky from below; snow 0.8"),
     key("station.horizon_deg", Horizon, "deg", Is("[[0.0, 0.0], [360.0, 0.0]]"), "azimuth, lowest elevation; linear between"),
     key("station.scintillation", Flag, "", Is("true"), "log-normal, one factor an object and frame (Young 1967)"),
+    key("station.scintillation_factor", Real(0.0, 10.0), "", Is("1.0"), "of the site, times Young's; medians of good sites 1.3 to 1.7 (Osborn et al. 2015)"),
 
     table("telescope", Section, "the optics"),
     key("telescope.aperture_m", Above(0.0, 100.0), "m", Must("0.3556"), "diameter"),

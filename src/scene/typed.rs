@@ -24,7 +24,8 @@ macro_rules! section {
 }
 
 section!(Station "station": name latitude_deg longitude_deg height_m pressure_hpa temperature_c humidity
-    seeing_arcsec artificial_zenith_mcd_m2 light_atlas light_domes extinction ground_albedo horizon_deg scintillation);
+    seeing_arcsec artificial_zenith_mcd_m2 light_atlas light_domes extinction ground_albedo horizon_deg scintillation
+    scintillation_factor);
 section!(Detector "detector": size_px pixel_um kind binning qe gain_e_per_adu read_noise_e dark_e_per_s
     dark_temperature_c temperature_c dark_doubling_c bias_adu bias_structure_adu full_well_e bits prnu dsnu
     hot_pixel_fraction blooming cosmic_rays_per_cm2_s cti nonlinearity overscan_px shutter_s frame_transfer_s
