@@ -156,7 +156,7 @@ fn charge_is_clipped_before_it_is_read_and_numbers_after() {
     let mut adu = [0u16; 3];
     converter.apply(&[1000.0, -1e9, 1e9], &mut adu);
     assert_eq!(adu, [1667, 0, 4095]);
-    assert!((converter.saturation_adu(1000.0) - (1000.0 + 1000.0 / 1.5)).abs() < 1e-9);
+    assert!((converter.saturation_adu(1000.0) - (1000.0 + (1000.0 - 30.0) / 1.5)).abs() < 1e-9);
 }
 
 #[test]

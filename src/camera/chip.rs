@@ -117,7 +117,7 @@ impl<'c> Chip<'c> {
             transfer,
             structure: (d.bias_structure_adu > 0.0)
                 .then(|| Structure::new(d.pattern_seed, d.bias_structure_adu, stored[0])),
-            gains: d.cmos_gain_spread.filter(|spread| *spread > 0.0),
+            gains: d.cmos_gain_spread.map(|spread| spread / d.binning as f64).filter(|spread| *spread > 0.0),
             converter: Converter::of(d),
             strips: Vec::new(),
         };
@@ -165,7 +165,9 @@ impl<'c> Chip<'c> {
         let safe = (self.full_well_e - 10.0 * self.full_well_e.sqrt() - 10.0).max(0.0);
         let trail = self.transfer.map_or(0, |[_, along]| along.trail());
         let needed = region.x0.saturating_sub(trail)..(region.x0 + region.width).min(self.size[0]);
-        let level = if self.dark.mean_e() > 0.0 { safe - self.dark.mean_e() } else { safe };
+        // of a pixel that responds more than others, by five standard deviations
+        let most = 1.0 + 5.0 * self.detector.prnu / self.detector.binning as f64;
+        let level = (safe - self.dark.mean_e()) / most;
         let strips = if level <= 0.0 {
             std::iter::once(0..self.size[0]).collect()
         } else {
@@ -210,7 +212,7 @@ impl<'c> Chip<'c> {
         scratch.resize(region.width, 0.0);
         let rms = self.detector.prnu / self.detector.binning as f64;
         for (y, row) in (region.y0..).zip(out.chunks_exact_mut(region.width)) {
-            let first = self.number(region.x0, y);
+            let first = pattern::number(region.x0, y);
             if rms > 0.0 {
                 prnu::apply(row, first, self.detector.pattern_seed, rms, scratch);
             }
@@ -288,8 +290,7 @@ impl<'c> Chip<'c> {
         self.arrived(region, scratch);
         let d = self.detector;
         let read_at = Address { stage: Stage::Read, ..self.address };
-        // the pixels of a binned one are read one by one where they are no one's charge packet
-        let sigma = d.read_noise_e * if d.kind == Kind::Cmos { d.binning as f64 } else { 1.0 };
+        let sigma = d.stored_read_noise_e();
         scratch.row.resize(region.width, 0.0);
         scratch.more.resize(region.width, 0.0);
         let Scratch { moved, row: noise, more, .. } = scratch;
@@ -300,9 +301,17 @@ impl<'c> Chip<'c> {
             if d.nonlinearity != 0.0 && self.full_well_e > 0.0 {
                 nonlinearity::apply(row, d.nonlinearity, self.full_well_e);
             }
-            if let Some(spread) = d.cmos_read_noise_spread.filter(|spread| *spread > 0.0) {
+            if let Some(spread) = d.stored_read_noise_spread() {
                 let scratch = [&mut noise[..region.width], &mut more[..region.width]];
-                read_noise::apply_uneven(row, first, &read_at, sigma, spread, d.pattern_seed, scratch);
+                read_noise::apply_uneven(
+                    row,
+                    [first, pattern::number(region.x0, y)],
+                    &read_at,
+                    sigma,
+                    spread,
+                    d.pattern_seed,
+                    scratch,
+                );
             } else {
                 read_noise::apply(row, first, &read_at, sigma);
             }
@@ -318,7 +327,13 @@ impl<'c> Chip<'c> {
             if let Some(structure) = &self.structure {
                 structure.add(y, region.x0, offsets);
             }
-            pattern::factors(d.pattern_seed, Stage::GainSpread, first, self.gains.unwrap_or(0.0), gains);
+            pattern::factors(
+                d.pattern_seed,
+                Stage::GainSpread,
+                pattern::number(region.x0, y),
+                self.gains.unwrap_or(0.0),
+                gains,
+            );
             self.converter.apply_uneven(row, offsets, gains, out);
         }
     }

@@ -3,7 +3,7 @@
 use super::chip::{Chip, Scratch, band_rows};
 use super::detector::convert::Number;
 use super::region::Region;
-use crate::scene::{Chip as Kind, Detector};
+use crate::scene::Detector;
 use rayon::prelude::*;
 
 /// Numbers of some rows of a frame, as stored.
@@ -56,11 +56,10 @@ fn bands<N: Number, E: Send>(
 
 /// Variance \[e-^2\] of a pixel's number beyond that of its counted electrons: read-out and rounding.
 pub fn floor(d: &Detector) -> f64 {
-    let reads = if d.kind == Kind::Cmos { (d.binning * d.binning) as f64 } else { 1.0 };
-    d.read_noise_e.powi(2) * reads + d.gain_e_per_adu.powi(2) / 12.0
+    d.read_noise_rms_e().powi(2) + d.gain_e_per_adu.powi(2) / 12.0
 }
 
-/// The means \[e-\] of the pixels of `region`, 0 in the overscan, and the variances \[e-^2\] (shot, read-out, rounding).
+/// The means \[e-\] of the charge that falls on the pixels of `region`, before anything holds or moves it, 0 in the overscan, and the variances \[e-^2\] (shot, read-out, rounding).
 pub fn planes(chip: &Chip, detector: &Detector, region: &Region) -> (Vec<f32>, Vec<f32>) {
     let mut mean = vec![0.0f32; region.len()];
     let light = (region.x0 + region.width).min(detector.light_px()[0]).saturating_sub(region.x0);

@@ -67,12 +67,24 @@ pub fn drawn(context: &Context, view: &View, catalogue: &Catalogue, fwhm_px: f64
         clumping.limit(context.scene.accuracy.omit, noise)
     });
     let most = if stars.limit_mag_v.is_some() { MOST_ASKED } else { MOST_BY_NOISE };
-    Drawn::All { limit: limit.min(synthetic::FAINTEST).min(affordable(context, most)) }
+    Drawn::All { limit: limit.min(synthetic::FAINTEST).min(affordable(context, swept(context, view), most)) }
+}
+
+/// How many times more stars are looked at than a frame holds, where the sky moves far during an exposure: those of a cone about all
+/// of its path; four frames of a cone about the frame itself are not counted.
+fn swept(context: &Context, view: &View) -> f64 {
+    let pixels = frame_pixels(context.scene);
+    let scale = view.wcs.mid.pixel_scale();
+    let drift = view.wcs.start.centre.distance(view.wcs.end.centre);
+    let radius = (pixels.sqrt() * scale + drift).min(std::f64::consts::PI);
+    let cone_sr = std::f64::consts::TAU * (1.0 - libm::cos(radius));
+    let frames = cone_sr / (4.0 * pixels * scale * scale);
+    if frames.is_finite() { frames.max(1.0) } else { 1.0 }
 }
 
 /// The limit, by quarter magnitudes, down to which a frame holds `most` stars by the counts.
-fn affordable(context: &Context, most: f64) -> f64 {
-    let deg2 = frame_pixels(context.scene) * context.pixel_sr.min(1.0) * DEG2_PER_SR;
+fn affordable(context: &Context, swept: f64, most: f64) -> f64 {
+    let deg2 = swept * frame_pixels(context.scene) * context.pixel_sr.min(1.0) * DEG2_PER_SR;
     let deg2 = deg2.min(4.0 * std::f64::consts::PI * DEG2_PER_SR);
     let places = context.field.samples.iter().map(|t| Counts::at(Galactic::of(t.icrs))).collect::<Vec<_>>();
     let expected = |limit: f64| {
@@ -130,7 +142,7 @@ pub fn rows(context: &Context, drawn: &Drawn, stars: &[PointSource], ms: f64) ->
         _ => format!("{} stars at random places, solar colour", listed.len()),
     };
     let asked = scene.stars.limit_mag_v.map_or(MOST_BY_NOISE, |_| MOST_ASKED);
-    let cut = if limit < synthetic::FAINTEST && limit >= affordable(context, asked) {
+    let cut = if limit < synthetic::FAINTEST && limit >= affordable(context, 1.0, asked) {
         format!(" (a frame holds {asked:.0} stars at most)")
     } else {
         String::new()

@@ -33,12 +33,19 @@ impl Path {
     }
 
     /// The path as a rolling shutter sees it, each row of the frame `delay` of an exposure after the one before; and its share of
-    /// the light.
+    /// the light. A source that the rows never meet is left as it is.
     pub fn rolled(&self, delay: f64) -> (Self, f64) {
-        // a row's opening t = delay y(t): each step gains as many digits as rows pass in an exposure times the delay
-        let opening = |shift: f64| (0..60).fold(shift, |t, _| shift + delay * self.at(t).y.clamp(-1e5, 1e5));
-        let (from, to) = (opening(0.0), opening(1.0));
-        if from.is_finite() && to.is_finite() && (to - from) > 0.0 && (to - from) < 10.0 {
+        // y = a t^2 + b t + c, and a row opens (or closes, a whole exposure later) at t = shift + delay y(t)
+        let [y0, y1, y2] = [self.start.y, self.mid.y, self.end.y];
+        let (a, b) = (2.0 * (y0 + y2 - 2.0 * y1), 4.0 * y1 - 3.0 * y0 - y2);
+        let meets = |shift: f64| {
+            let (a, b, c) = (delay * a, delay * b - 1.0, delay * y0 + shift);
+            // the root that is -c/b for uniform motion
+            -2.0 * c / (b + (b * b - 4.0 * a * c).sqrt().copysign(b))
+        };
+        let (one, other) = (meets(0.0), meets(1.0));
+        let (from, to) = (one.min(other), one.max(other));
+        if one.is_finite() && other.is_finite() && to > from {
             (self.part(from, to), to - from)
         } else {
             (*self, 1.0)

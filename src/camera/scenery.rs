@@ -336,7 +336,7 @@ fn noise(context: &Context, dark_e: f64) -> f64 {
     let sources = sky::sources(context, &Drawn::None);
     let present = sources.iter().filter(|s| s.assess(&context.field).is_needed());
     let total: f64 = present.map(|s| s.mean(context.field.centre())).sum();
-    (total + dark_e + context.scene.detector.read_noise_e.powi(2)).sqrt()
+    (total + dark_e + context.scene.detector.read_noise_rms_e().powi(2)).sqrt()
 }
 
 fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {

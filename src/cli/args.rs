@@ -209,8 +209,8 @@ pub(super) struct CalibrateArgs {
     /// Station file, or the name of a built-in station
     pub station: String,
     /// Frames of each kind
-    #[arg(long, default_value_t = 5)]
-    pub count: usize,
+    #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..=10_000))]
+    pub count: u16,
     /// Exposure of the darks [s]
     #[arg(long, value_name = "S", default_value_t = 60.0, value_parser = seconds)]
     pub dark: f64,

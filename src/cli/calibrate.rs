@@ -25,9 +25,15 @@ pub(super) fn calibrate(args: &CalibrateArgs, global: &Global, talk: &Talk) -> R
     if there && !global.force {
         return Err(Failure::Input(format!("{} holds calibration frames; --force replaces them", dir.display())));
     }
-    let bar = talk.bar(3 * args.count, "frames");
+    let bar = talk.bar(3 * usize::from(args.count), "frames");
     let (clock, done) = (clock(), || bar.inc(1));
-    let job = Job { count: args.count, dark_s: args.dark, flat_s: args.flat, level: args.level, done: &done };
+    let job = Job {
+        count: usize::from(args.count),
+        dark_s: args.dark,
+        flat_s: args.flat,
+        level: args.level,
+        done: &done,
+    };
     let written = make(&scene, &dir, &job)?;
     bar.finish_and_clear();
     talk.say(&format!("{} frames in {}, {:.1} s", written.len(), dir.display(), clock()));

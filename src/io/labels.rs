@@ -144,7 +144,7 @@ fn detector(header: &mut Header, scene: &Scene) {
     let d = &scene.detector;
     header.push("GAIN", d.gain_e_per_adu, "[e/adu]");
     header.push("EGAIN", d.gain_e_per_adu, "[e/adu]");
-    header.push("RDNOISE", d.read_noise_e, "[e] rms");
+    number(header, "RDNOISE", d.read_noise_rms_e(), "[e] rms");
     number(header, "DARKCUR", dark::rate(d) * (d.binning * d.binning) as f64, "[e/s] per pixel at CCD-TEMP");
     number(header, "SATURATE", Converter::of(d).saturation_adu(d.stored_full_well_e()), "[adu]");
     header.push("BIASLVL", d.bias_adu, "[adu]");

@@ -102,6 +102,20 @@ impl Sip {
                 ));
             }
         }
+        // a field that folds has places that no pixel, or more than one, sees
+        const GRID: i32 = 16;
+        for k in 0..(2 * GRID + 1) * (2 * GRID + 1) {
+            let cell = DVec2::new(f64::from(k % (2 * GRID + 1) - GRID), f64::from(k / (2 * GRID + 1) - GRID));
+            let at = corner * cell / f64::from(GRID);
+            let slope = |step: DVec2| 0.5 * (sip.shift(at + step) - sip.shift(at - step));
+            let (x, y) = (slope(DVec2::X) + DVec2::X, slope(DVec2::Y) + DVec2::Y);
+            let area = x.x * y.y - x.y * y.x;
+            if area.is_nan() || !(0.5..2.0).contains(&area) {
+                return Err(format!(
+                    "a pixel at offset {at} px has {area:.2} times its area; 0.5 to 2 are allowed"
+                ));
+            }
+        }
         Ok((sip != Self::default()).then_some(sip))
     }
 

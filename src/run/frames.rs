@@ -16,6 +16,7 @@ use crate::simulate::{Simulator, whole};
 use glam::DVec2;
 use std::io;
 use std::ops::Range;
+use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 
 /// Which frames and pixels to render, and how to tell of it.
@@ -154,7 +155,7 @@ fn prepare<'v>(
     if region.is_empty() {
         return Ok(Prepared::Skipped(view.frame, "the crop holds no pixel of this frame".into()));
     }
-    let kept = there && is_whole(dir, view.frame, simulator.scene_sha());
+    let kept = there && is_whole(dir, view.frame, simulator);
     if asked && kept && stored_as(dir, view.frame) != Some(region) {
         return Err(RunError::Occupied {
             dir: dir.path().display().to_string(),
@@ -213,11 +214,23 @@ fn stored_as(dir: &OutputDir, number: usize) -> Option<Region> {
     })
 }
 
-/// True if the frame is of this scene and its bytes are as they were written: the sum of each of a FITS file's parts is -0.
-fn is_whole(dir: &OutputDir, number: usize, scene_sha: &str) -> bool {
+/// True if the frame is of this scene, its bytes are as they were written, and the other forms asked for are there as well.
+fn is_whole(dir: &OutputDir, number: usize, simulator: &Simulator) -> bool {
     let path = dir.frame(number);
-    let of_scene = image::keywords(&path).is_ok_and(|h| h.text("SCENESHA").as_deref() == Some(scene_sha));
-    of_scene && std::fs::read(&path).is_ok_and(|bytes| checksum::ones_complement_sum(&bytes, 0) == u32::MAX)
+    let of_scene =
+        image::keywords(&path).is_ok_and(|h| h.text("SCENESHA").as_deref() == Some(simulator.scene_sha()));
+    let asked = |form: &str| simulator.scene.output.format.iter().any(|format| format == form);
+    let beside = |ending: &str| path.with_file_name(format!("{number:04}.{ending}"));
+    of_scene
+        && intact(&path)
+        && (!asked("fits.fz") || intact(&beside("fits.fz")))
+        && (!asked("exr") || beside("exr").exists())
+}
+
+/// True if a FITS file's bytes are as they were written: the sum of each of its parts is -0.
+fn intact(path: &Path) -> bool {
+    std::fs::read(path)
+        .is_ok_and(|bytes| !bytes.is_empty() && checksum::ones_complement_sum(&bytes, 0) == u32::MAX)
 }
 
 /// Write the planes, star table and preview of a frame that are asked for; beside a frame that is `kept` only those that
@@ -236,7 +249,7 @@ fn write_companions(
     for (name, unit) in [("mean", "electron"), ("variance", "electron2")] {
         if output.planes.iter().any(|plane| plane == name) {
             let path = dir.numbered("planes", &format!("{name}_"), number, "fits")?;
-            if !(kept && path.exists()) {
+            if !(kept && intact(&path)) {
                 planes.push((name, unit, path));
             }
         }

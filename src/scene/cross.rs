@@ -219,6 +219,15 @@ impl Look<'_> {
     }
 
     fn frames(&self, found: &mut Vec<Fault>) {
+        let binning = self.get("detector.binning").and_then(Value::as_integer).unwrap_or(1).max(1);
+        let sides = match self.get("detector.size_px") {
+            Some(Value::Integer(side)) => vec![*side],
+            Some(Value::Array(sides)) => sides.iter().filter_map(Value::as_integer).collect(),
+            _ => Vec::new(),
+        };
+        if let Some(side) = sides.iter().find(|side| *side % binning != 0) {
+            found.push(self.fault("detector.binning", &format!("must divide the {side} px of detector.size_px")));
+        }
         let integers = |path: &str| -> Option<Vec<i64>> {
             self.get(path)?.as_array()?.iter().map(Value::as_integer).collect()
         };

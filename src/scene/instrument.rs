@@ -167,6 +167,22 @@ impl Detector {
         [width + self.overscan_px, height]
     }
 
+    /// Read noise of a stored pixel, electrons: binned active pixels are read one by one. The median, where each has its own.
+    pub fn stored_read_noise_e(&self) -> f64 {
+        self.read_noise_e * if self.kind == Chip::Cmos { self.binning as f64 } else { 1.0 }
+    }
+
+    /// Relative width of the stored pixels' read noise, if they have one each.
+    pub fn stored_read_noise_spread(&self) -> Option<f64> {
+        self.cmos_read_noise_spread.map(|spread| spread / self.binning as f64).filter(|spread| *spread > 0.0)
+    }
+
+    /// Root mean square of the stored pixels' read noise, electrons: exp(s^2) times the median of a log-normal width.
+    pub fn read_noise_rms_e(&self) -> f64 {
+        let spread = self.stored_read_noise_spread().unwrap_or(0.0);
+        self.stored_read_noise_e() * libm::exp(spread * spread)
+    }
+
     /// What a stored pixel holds, electrons: as much as the pixels binned in it.
     pub fn stored_full_well_e(&self) -> f64 {
         self.full_well_e * (self.binning * self.binning) as f64

@@ -77,7 +77,7 @@ fn variances(simulator: &Simulator, scenery: &Scenery) -> Vec<(String, f64)> {
     let sky = scenery.sky_means.iter().map(|m| (format!("photon noise of {}", m.keyword), m.mean_e_px));
     sky.chain([
         ("photon noise of dark current".to_owned(), scenery.dark_e),
-        ("read noise".to_owned(), detector.read_noise_e.powi(2)),
+        ("read noise".to_owned(), detector.read_noise_rms_e().powi(2)),
         ("rounding".to_owned(), detector.gain_e_per_adu.powi(2) / 12.0),
     ])
     .collect()

@@ -10,6 +10,9 @@ pub struct Converter {
     adu_per_e: f64,
     bias_adu: f64,
     top_adu: f64,
+    /// Share missing at full well, and read noise \[e-\]: where saturation is told.
+    nonlinearity: f64,
+    read_noise_e: f64,
 }
 
 /// A number of the converter as stored: 16 or 32 bits, unsigned.
@@ -40,6 +43,8 @@ impl Converter {
             adu_per_e: 1.0 / detector.gain_e_per_adu,
             bias_adu: detector.bias_adu,
             top_adu: ((1u64 << detector.bits) - 1) as f64,
+            nonlinearity: detector.nonlinearity,
+            read_noise_e: detector.read_noise_rms_e(),
         }
     }
 
@@ -67,13 +72,15 @@ impl Converter {
         }
     }
 
-    /// The number that means full: full well or the converter's top, whichever comes first \[ADU\].
+    /// The number that means full \[ADU\]: the full well as the output bends it, less three times the read noise, which may hide it,
+    /// or the converter's top, whichever comes first.
     pub fn saturation_adu(&self, full_well_e: f64) -> f64 {
-        (full_well_e / self.gain_e_per_adu + self.bias_adu).min(self.top_adu)
+        let read_e = full_well_e * (1.0 - self.nonlinearity) - 3.0 * self.read_noise_e;
+        (read_e.max(0.0) / self.gain_e_per_adu + self.bias_adu).min(self.top_adu)
     }
 
     /// The charge at which a pixel is full \[e-\].
     pub fn saturation_e(&self, full_well_e: f64) -> f64 {
-        (self.saturation_adu(full_well_e) - self.bias_adu) * self.gain_e_per_adu
+        full_well_e.min((self.top_adu - self.bias_adu) * self.gain_e_per_adu)
     }
 }

@@ -41,12 +41,20 @@ impl Transfer {
     pub fn shares(&self, place: usize, out: &mut Vec<f64>) {
         let n = (place + 1) as f64 * self.step;
         out.clear();
-        let mut term = libm::exp(n * libm::log1p(-self.cti));
         let mut sum = 0.0;
+        // logarithms: of many transfers that lose much the first shares are below the smallest number
+        let (kept, lost) = (libm::log1p(-self.cti), libm::log(self.cti));
+        let mut logarithm = n * kept;
         for k in 0..self.trail {
+            let term = if logarithm > -745.0 { libm::exp(logarithm) } else { 0.0 };
             out.push(term);
             sum += term;
-            term *= (n - k as f64).max(0.0) / (k + 1) as f64 * self.cti / (1.0 - self.cti);
+            let left = n - k as f64;
+            logarithm = if left > 0.0 && self.cti < 1.0 {
+                logarithm + libm::log(left / (k + 1) as f64) + lost - kept
+            } else {
+                f64::NEG_INFINITY
+            };
         }
         out.push((1.0 - sum).max(0.0));
     }
@@ -96,7 +104,7 @@ mod tests {
     /// All of a packet is somewhere behind it, and its mean delay is the number of transfers times the loss.
     #[test]
     fn charge_is_conserved_and_delayed() {
-        for (cti, step, most) in [(1e-5, 1, 4096), (1e-3, 2, 2048), (0.1, 1, 30), (1e-9, 1, 10)] {
+        for (cti, step, most) in [(1e-5, 1, 4096), (1e-3, 2, 2048), (0.1, 1, 30), (0.5, 1, 3000), (1e-9, 1, 10)] {
             let transfer = Transfer::new(cti, step, most);
             let mut shares = Vec::new();
             for place in [0, 1, most / 2, most - 1] {

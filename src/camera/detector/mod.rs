@@ -48,7 +48,7 @@ pub fn assess(scene: &Scene, exposure_s: f64, peak_e: f64) -> Vec<Row> {
             "shutter",
             iris + rolling,
             match d.kind {
-                Chip::Ccd => format!("an iris: the corners lose {:.3} % of the light", 100.0 * iris),
+                Chip::Ccd => format!("an iris: the corners lose {:.3} % of the light", 100.0 * iris.min(1.0)),
                 Chip::Cmos => format!("rolling: the last row opens {} s after the first", d.shutter_s),
             },
         ),

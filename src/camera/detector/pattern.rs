@@ -3,6 +3,11 @@
 use crate::base::random::{Address, Stage};
 use crate::base::sample::add_normal;
 
+/// Number of a pixel in a chip's patterns: of its place alone, whatever is stored beside it.
+pub fn number(x: usize, y: usize) -> u64 {
+    (y as u64) << 17 | x as u64
+}
+
 /// Where a chip's pattern begins.
 pub fn address(chip_seed: u64, stage: Stage) -> Address {
     Address { seed: chip_seed, frame: 0, stage }

@@ -14,7 +14,7 @@ pub fn apply(row: &mut [f64], first: u64, address: &Address, sigma_e: f64) {
 /// The same with a width of each pixel's own: log-normal about the median `sigma_e`, of relative width `spread`.
 pub fn apply_uneven(
     row: &mut [f64],
-    first: u64,
+    [first, in_pattern]: [u64; 2],
     address: &Address,
     sigma_e: f64,
     spread: f64,
@@ -25,7 +25,7 @@ pub fn apply_uneven(
     noise.fill(0.0);
     widths.fill(0.0);
     add_normal(address, first, sigma_e, noise);
-    add_normal(&pattern::address(chip_seed, Stage::ReadSpread), first, spread, widths);
+    add_normal(&pattern::address(chip_seed, Stage::ReadSpread), in_pattern, spread, widths);
     for (value, (noise, width)) in row.iter_mut().zip(noise.iter().zip(widths.iter())) {
         *value += noise * libm::exp(*width);
     }
