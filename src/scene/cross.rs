@@ -33,6 +33,9 @@ struct Look<'a> {
     root: &'a Node,
 }
 
+/// Most cosmic rays of a frame.
+const MOST_RAYS: f64 = 1e7;
+
 impl Look<'_> {
     fn get(&self, path: &str) -> Option<&Value> {
         let (table, key) = path.split_once('.')?;
@@ -225,6 +228,27 @@ impl Look<'_> {
             Some(Value::Array(sides)) => sides.iter().filter_map(Value::as_integer).collect(),
             _ => Vec::new(),
         };
+        let number = |path: &str| {
+            let value = self.get(path)?;
+            value.as_float().or_else(|| value.as_integer().map(|n| n as f64))
+        };
+        let pixel_cm = number("detector.pixel_um").unwrap_or(0.0) * 1e-4;
+        let [width, height] = [sides.first(), sides.last()].map(|side| side.map_or(0.0, |n| *n as f64));
+        let duration = number("exposures.duration_s").unwrap_or(0.0);
+        let rate = number("detector.cosmic_rays_per_cm2_s").unwrap_or(0.0);
+        let rays = rate * width * height * pixel_cm * pixel_cm * duration;
+        if rays > MOST_RAYS {
+            let message = format!("makes {rays:.1e} rays a frame; at most {MOST_RAYS:.0e} are allowed");
+            found.push(self.fault("detector.cosmic_rays_per_cm2_s", &message));
+        }
+        let warming =
+            number("detector.temperature_c").unwrap_or(0.0) - number("detector.dark_temperature_c").unwrap_or(0.0);
+        let doubling = number("detector.dark_doubling_c").unwrap_or(1.0);
+        let dark = number("detector.dark_e_per_s").unwrap_or(0.0) * (warming / doubling).exp2() * duration;
+        if dark.is_nan() || dark > 1e12 {
+            let message = format!("makes {dark:.1e} e- of dark charge; at most 1e12 are allowed");
+            found.push(self.fault("detector.dark_doubling_c", &message));
+        }
         if let Some(side) = sides.iter().find(|side| *side % binning != 0) {
             found.push(self.fault("detector.binning", &format!("must divide the {side} px of detector.size_px")));
         }
