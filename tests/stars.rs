@@ -147,6 +147,26 @@ fn a_rolling_shutter_shifts_what_moves() {
     assert!(share == 1.0 && still.start.distance(DVec2::splat(7.0)) < 1e-12 && still.length() < 1e-12);
 }
 
+/// Images far narrower than a pixel keep their light, and the frame has its part of one far wider than it.
+#[test]
+fn narrow_and_wide_images_lose_what_they_must() {
+    let lost = |sets: &[(&str, &str)]| {
+        let scene = scene(sets);
+        let simulator = Simulator::new(&scene).expect("a simulator");
+        let view = simulator.planner.view(0).expect("geometry");
+        let scenery = simulator.scenery(&view);
+        (scenery.psf.lost(), scenery.lost_e_px / scenery.targets[0].electrons)
+    };
+    for psf in ["gaussian", "moffat", "kolmogorov"] {
+        let (share, _) = lost(&[("telescope.psf", psf), ("telescope.plate_scale_arcsec", "600.0")]);
+        assert!(share < 2e-3, "{psf}: {share}");
+    }
+    let wide =
+        [("station.seeing_arcsec", "60.0"), ("telescope.plate_scale_arcsec", "0.12"), ("detector.size_px", "64")];
+    let (share, pedestal) = lost(&wide);
+    assert!(share > 1e-2 && pedestal * 64.0 * 64.0 < 1e-2 * share, "{share} {pedestal}");
+}
+
 /// A frame of one pixel, and images far wider than the frame.
 #[test]
 fn frames_and_images_of_any_size_are_finite() {

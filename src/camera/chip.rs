@@ -122,7 +122,7 @@ impl<'c> Chip<'c> {
             strips: Vec::new(),
         };
         if ccd && d.frame_transfer_s > 0.0 {
-            let sums = chip.column_light();
+            let sums = chip.column_light(&chip.needed(region));
             chip.smear = smear::per_pixel(&sums, size[1], d.frame_transfer_s, exposure_s);
         }
         if ccd && d.blooming {
@@ -136,13 +136,25 @@ impl<'c> Chip<'c> {
         (y * self.stored[0] + x) as u64
     }
 
-    /// Sums over the columns of the light that falls on them \[e-\].
-    fn column_light(&self) -> Vec<f64> {
-        let [width, height] = self.size;
-        let rows = band_rows(width);
-        let bands = (0..height).step_by(rows).collect::<Vec<_>>();
+    /// The columns of light that the pixels of `region` depend on.
+    fn needed(&self, region: &Region) -> Range<usize> {
+        let trail = self.transfer.map_or(0, |[_, along]| along.trail());
+        let end = (region.x0 + region.width).min(self.size[0]);
+        region.x0.saturating_sub(trail).min(end)..end
+    }
+
+    /// Sums over whole columns of the light that falls on them \[e-\]; 0 for the others.
+    fn column_light(&self, columns: &Range<usize>) -> Vec<f64> {
+        /// Rows summed together: the same for every region, and so the sums.
+        const ROWS: usize = 16;
+        let (height, width) = (self.size[1], columns.len());
+        let mut total = vec![0.0; self.size[0]];
+        if width == 0 {
+            return total;
+        }
+        let bands = (0..height).step_by(ROWS).collect::<Vec<_>>();
         let sums = bands.par_iter().map(|y0| {
-            let region = Region { x0: 0, y0: *y0, width, height: rows.min(height - y0) };
+            let region = Region { x0: columns.start, y0: *y0, width, height: ROWS.min(height - y0) };
             let mut light = vec![0.0; region.len()];
             self.light.add(&region, &mut light);
             self.evenness.apply(&region, &mut light);
@@ -153,9 +165,8 @@ impl<'c> Chip<'c> {
             sums
         });
         // in order, so that the sums do not depend on the number of threads
-        let mut total = vec![0.0; width];
         for sums in sums.collect::<Vec<_>>() {
-            total.iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
+            total[columns.clone()].iter_mut().zip(sums).for_each(|(total, sum)| *total += sum);
         }
         total
     }
@@ -163,8 +174,7 @@ impl<'c> Chip<'c> {
     /// The strips of columns that `region` needs.
     fn bloomed(&self, region: &Region) -> Vec<Strip> {
         let safe = (self.full_well_e - 10.0 * self.full_well_e.sqrt() - 10.0).max(0.0);
-        let trail = self.transfer.map_or(0, |[_, along]| along.trail());
-        let needed = region.x0.saturating_sub(trail)..(region.x0 + region.width).min(self.size[0]);
+        let needed = self.needed(region);
         // of a pixel that responds more than others, by five standard deviations
         let most = 1.0 + 5.0 * self.detector.prnu / self.detector.binning as f64;
         let level = (safe - self.dark.mean_e()) / most;

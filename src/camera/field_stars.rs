@@ -98,7 +98,7 @@ fn affordable(context: &Context, swept: f64, most: f64) -> f64 {
 }
 
 /// Rows of the drawn stars: of the catalogue (or benchmark), and synthetic.
-pub fn rows(context: &Context, drawn: &Drawn, stars: &[PointSource], ms: f64) -> [Row; 2] {
+pub fn rows(context: &Context, view: &View, drawn: &Drawn, stars: &[PointSource], ms: f64) -> [Row; 2] {
     let scene = context.scene;
     let pixels = frame_pixels(scene);
     let (synthetic, listed): (Vec<&PointSource>, Vec<&PointSource>) =
@@ -142,7 +142,7 @@ pub fn rows(context: &Context, drawn: &Drawn, stars: &[PointSource], ms: f64) ->
         _ => format!("{} stars at random places, solar colour", listed.len()),
     };
     let asked = scene.stars.limit_mag_v.map_or(MOST_BY_NOISE, |_| MOST_ASKED);
-    let cut = if limit < synthetic::FAINTEST && limit >= affordable(context, 1.0, asked) {
+    let cut = if limit < synthetic::FAINTEST && limit >= affordable(context, swept(context, view), asked) {
         format!(" (a frame holds {asked:.0} stars at most)")
     } else {
         String::new()

@@ -12,6 +12,8 @@ use std::sync::Arc;
 
 /// Wavelength of the seeing and of the diffraction added to it \[m\].
 const SEEING_M: f64 = 550e-9;
+/// Seeing and lambda / D below this are taken as this \[px\]: no pixel tells it from a point.
+const NARROWEST: f64 = 1e-3;
 /// Width of the bands in which the rings of diffraction are added up \[nm\].
 const BAND_NM: f64 = 50.0;
 
@@ -39,12 +41,13 @@ impl Optics {
         Ok(Self { image, bands })
     }
 
-    /// The image of a point at `airmass`.
+    /// The image of a point at `airmass`, no narrower than a thousandth of a pixel.
     pub fn profile(&self, scene: &Scene, airmass: f64) -> Profile {
         let t = &scene.telescope;
         let per_px = 1.0 / scene.stored_scale_arcsec();
-        let diffraction = |wavelength_m: f64| wavelength_m / t.aperture_m * ARCSEC_PER_RAD * per_px;
-        let seeing = scene.station.seeing_arcsec * libm::pow(airmass, 0.6) * per_px;
+        let diffraction =
+            |wavelength_m: f64| (wavelength_m / t.aperture_m * ARCSEC_PER_RAD * per_px).max(NARROWEST);
+        let seeing = (scene.station.seeing_arcsec * libm::pow(airmass, 0.6) * per_px).max(NARROWEST);
         let obstruction = (t.obstruction_m / t.aperture_m).min(0.99);
         // FWHM of an unobstructed aperture
         let fwhm = seeing.hypot(1.029 * diffraction(SEEING_M));

@@ -7,6 +7,9 @@ use glam::DVec2;
 /// Cells of the grid across the FWHM, where the grid may be so fine.
 pub const ACROSS: f64 = 14.0;
 
+/// Most parts of a cell's side: enough for [`super::optics`]' narrowest image.
+const MOST_PARTS: f64 = 256.0;
+
 /// Offset of the two Gauss points from the middle of a unit interval.
 const GAUSS_2: f64 = 0.288_675_134_594_812_9;
 
@@ -27,10 +30,10 @@ impl Cells {
         let fwhm = profile.fwhm();
         // the core of an image narrower than the grid can follow
         let core = 4.0 * fwhm;
-        let parts = (ACROSS * step / fwhm).ceil().clamp(1.0, 8.0);
+        let parts = (ACROSS * step / fwhm).ceil().clamp(1.0, MOST_PARTS);
         let integral = |i: i64, j: i64| {
             let centre = DVec2::new(i as f64 + 0.5, j as f64 + 0.5) * step;
-            let n = if centre.length() < core { parts } else { 1.0 };
+            let n = if centre.length() < core + step { parts } else { 1.0 };
             let mut sum = 0.0;
             for y in 0..n as usize {
                 for x in 0..n as usize {

@@ -127,7 +127,9 @@ impl Scenery {
         let stars_ms = (clock() - began) * 1e3;
         let targets = targets(scene, view, &context);
         let sources = field_stars::inside(scene, stars.iter().chain(&targets));
-        let lost_e_px = psf.lost() * sources / field_stars::frame_pixels(scene);
+        // of an image wider than the frame the frame has its part
+        let square = (2.0 * psf.radius() as f64 + 1.0).powi(2);
+        let lost_e_px = psf.lost() * sources / field_stars::frame_pixels(scene).max(square);
         let mean_light = |list: &[PointSource]| {
             list.iter().map(|s| s.electrons).sum::<f64>() / field_stars::frame_pixels(scene)
         };
@@ -136,7 +138,7 @@ impl Scenery {
         } else {
             Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
         };
-        ledger.extend(field_stars::rows(&context, &drawn, &stars, stars_ms));
+        ledger.extend(field_stars::rows(&context, view, &drawn, &stars, stars_ms));
         let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
         target.mean_e_px = mean_light(&targets);
         ledger.push(target);
@@ -147,6 +149,17 @@ impl Scenery {
             &twinkle,
             &format!("sigma {:.2} %, Young 1967", sigma * 100.0),
         ));
+        let asked = |share: f64| {
+            if share > 0.0 { Verdict::Needed { bound: share } } else { Verdict::Absent(Why::NotAsked) }
+        };
+        let corner = scene.telescope.vignetting;
+        let basis = format!("the corner loses {:.1} % of the light", 100.0 * corner);
+        ledger.push(Row::new("optics.vignetting", &asked(corner), &basis));
+        let bend = view.wcs.mid.corner_shift();
+        let basis = format!(
+            "optics and air together: up to {bend:.2} px from a straight field, in the header's SIP cards"
+        );
+        ledger.push(Row::new("optics.distortion", &asked(bend), &basis));
         let mut psf_row =
             Row::new("optics.psf", &Verdict::Needed { bound: psf.lost() }, &psf_basis(scene, &psf, seeing_arcsec));
         (psf_row.bytes, psf_row.ms) = (psf.bytes() as u64, psf_ms);
@@ -204,13 +217,15 @@ impl Scenery {
         }
     }
 
-    /// Largest mean of a still point of one electron and of one moving over `length` px \[1/px\].
-    fn sharpest(&self, length: f64) -> f64 {
+    /// Largest mean of a source \[e-/px\], overlaps left out: a point's light in its central pixel, or a trail's per pixel of its length
+    /// across the width of the image.
+    fn peaks(&self) -> impl Fn(&PointSource) -> f64 {
         let mut central = [0.0];
         let one = Region { x0: 0, y0: 0, width: 1, height: 1 };
         self.psf.add_point(DVec2::ZERO, self.psf.whole(1.0), &one, &mut central);
         // the line profiles of the Gaussian (0.94 / FWHM) and of Moffat's profiles lie below 1.1 / FWHM
-        central[0].min(1.1 / self.psf.profile().fwhm() / length.max(1e-9))
+        let (point, line) = (central[0], 1.1 / self.psf.profile().fwhm());
+        move |s| s.electrons * point.min(line / s.path.length().max(1e-9))
     }
 
     /// Means \[e-\] of the pixels of `region` of each kind of light and of dark charge, by name; 0 in the overscan. The sources of the
@@ -265,12 +280,10 @@ impl Scenery {
         2.5 * (self.solar_v_zero.at(airmass) * exposure_s).log10()
     }
 
-    /// An upper estimate of the brightest pixel's mean, overlaps left out \[e-\]: a point's light in its central pixel, or
-    /// a trail's per pixel of its length across the width of the image.
+    /// An upper estimate of the brightest pixel's mean, overlaps left out \[e-\].
     fn peak(&self) -> f64 {
         let sky: f64 = self.sky_means.iter().map(|s| s.mean_e_px).sum::<f64>() + self.dark_e;
-        let brightest = |peak: f64, s: &PointSource| peak.max(s.electrons * self.sharpest(s.path.length()));
-        sky + self.stars.iter().chain(&self.targets).fold(0.0, brightest)
+        sky + self.stars.iter().chain(&self.targets).map(self.peaks()).fold(0.0, f64::max)
     }
 }
 
@@ -286,10 +299,10 @@ impl Incident for Scenery {
         if free <= 0.0 {
             return std::iter::once(0..width).collect();
         }
-        let mut columns = Vec::new();
+        let (peaks, mut columns) = (self.peaks(), Vec::new());
         for source in self.stars.iter().chain(&self.targets) {
             let length = source.path.length();
-            let peak = source.electrons * self.sharpest(length);
+            let peak = peaks(source);
             if peak.is_nan() || peak <= 0.3 * free {
                 continue;
             }

@@ -107,6 +107,13 @@ impl Wcs {
         Self { sip, ..self }
     }
 
+    /// Largest shift of a corner by the distortion that is kept \[px\]; the reference pixel is the centre of the frame.
+    pub fn corner_shift(&self) -> f64 {
+        let corner = self.crpix + 0.5;
+        let corners = [corner, corner * DVec2::new(-1.0, 1.0), corner * DVec2::new(1.0, -1.0), -corner];
+        self.sip.map_or(0.0, |sip| corners.into_iter().map(|c| sip.shift(c).length()).fold(0.0, f64::max))
+    }
+
     /// Right ascension and declination of the reference pixel \[rad\].
     pub fn crval(&self) -> (f64, f64) {
         angles(self.centre)
