@@ -5,6 +5,7 @@
 //! ```text
 //! base        constants, units, tolerances, ledger, random numbers, tables
 //! astro       time, Earth orientation, Sun, Moon, shadow, orbits, attitude, stars, the observer
+//! object      meshes, materials, shadows: the light of a shape
 //! scene       what the user writes: checked and complete
 //! plan        places, pointing, world coordinates, windows, whether an exposure is worth taking
 //! light       spectra to electrons
@@ -41,6 +42,7 @@ pub mod camera;
 pub mod cli;
 pub mod io;
 pub mod light;
+pub mod object;
 pub mod photometry;
 pub mod plan;
 pub mod run;

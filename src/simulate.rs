@@ -10,6 +10,7 @@ use crate::camera::truth::{self, Truth};
 use crate::io::header::Header;
 use crate::io::labels;
 use crate::light::throughput::{Throughput, ThroughputError};
+use crate::object::shadow::card::Graphics;
 use crate::plan::PlanError;
 use crate::plan::planner::Planner;
 use crate::plan::view::View;
@@ -60,6 +61,8 @@ pub struct Simulator<'a> {
     pub planner: Planner<'a>,
     /// From light to electrons.
     pub response: Response,
+    /// Where shadows may be found.
+    pub graphics: Graphics,
     optics: Optics,
     catalogue: Catalogue,
     scene_sha: String,
@@ -77,6 +80,7 @@ impl<'a> Simulator<'a> {
             planner: Planner::new(scene)?,
             optics: Optics::new(scene, &response.throughput).map_err(SimulateError::Psf)?,
             response,
+            graphics: Graphics::default(),
             catalogue: catalogue(scene)?,
             scene_sha: scene.sha256(),
         })
@@ -93,13 +97,27 @@ impl<'a> Simulator<'a> {
     }
 
     /// The means of one exposure.
-    pub fn scenery(&self, view: &View) -> Scenery {
+    ///
+    /// # Errors
+    /// [`SimulateError`] where a target's attitude is not known.
+    pub fn scenery(&self, view: &View) -> Result<Scenery, SimulateError> {
         self.timed_scenery(view, &|| 0.0)
     }
 
     /// The means of one exposure, with times in its ledger by a `clock` that gives seconds since some moment.
-    pub fn timed_scenery(&self, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Scenery {
-        Scenery::new(self.scene, view, &self.response, &self.optics, &self.catalogue, clock)
+    ///
+    /// # Errors
+    /// [`SimulateError`] where a target's attitude is not known.
+    pub fn timed_scenery(&self, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Result<Scenery, SimulateError> {
+        let began = clock();
+        let lights = self.planner.lights(view, &self.graphics)?;
+        let lights_ms = (clock() - began) * 1e3;
+        let seen = (view, lights.as_slice());
+        let mut scenery = Scenery::new(self.scene, seen, &self.response, &self.optics, &self.catalogue, clock);
+        if let Some(row) = scenery.ledger.iter_mut().find(|row| row.name == "target") {
+            row.ms = lights_ms;
+        }
+        Ok(scenery)
     }
 
     /// The chip in one exposure, ready for the pixels of `region`.
@@ -152,7 +170,7 @@ impl<'a> Simulator<'a> {
     /// [`SimulateError`] if its geometry cannot be computed.
     pub fn frame(&self, number: usize) -> Result<Frame, SimulateError> {
         let view = self.planner.view(number)?;
-        let scenery = self.scenery(&view);
+        let scenery = self.scenery(&view)?;
         let region = whole(self.scene);
         Ok(Frame {
             region,

@@ -45,7 +45,7 @@ fn threads_crops_and_bands_give_the_pixels_of_the_whole() {
     let scene = scene(&[]);
     let simulator = Simulator::new(&scene).expect("a simulator");
     let view = simulator.planner.view(2).expect("geometry");
-    let scenery = simulator.scenery(&view);
+    let scenery = simulator.scenery(&view).expect("light");
     let all = whole(&scene);
     let render = |threads: usize, region: &Region| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("a pool");
@@ -232,7 +232,7 @@ fn a_frame_hides_the_target() {
     let header = |scene: &Scene| {
         let simulator = Simulator::new(scene).expect("a simulator");
         let view = simulator.planner.view(0).expect("geometry");
-        let scenery = simulator.scenery(&view);
+        let scenery = simulator.scenery(&view).expect("light");
         simulator.header(&view, &scenery, &whole(scene)).lines()
     };
     let sha = |line: &String| line.starts_with("SCENESHA");

@@ -19,7 +19,7 @@ fn scene(sets: &[(&str, &str)]) -> Scene {
 
 fn scenery(scene: &Scene) -> Scenery {
     let simulator = Simulator::new(scene).expect("a simulator");
-    simulator.scenery(&simulator.planner.view(0).expect("geometry"))
+    simulator.scenery(&simulator.planner.view(0).expect("geometry")).expect("light")
 }
 
 fn mean(scenery: &Scenery, keyword: &str) -> f64 {
@@ -175,7 +175,7 @@ fn seeds_frames_and_stages_are_independent() {
     let pixels = |scene: &Scene, frame: usize| {
         let simulator = Simulator::new(scene).expect("a simulator");
         let view = simulator.planner.view(frame).expect("geometry");
-        let mut scenery = simulator.scenery(&view);
+        let mut scenery = simulator.scenery(&view).expect("light");
         scenery.targets.clear();
         let adu = simulator.pixels(&view, &scenery, &Region { x0: 0, y0: 0, width: 256, height: 256 });
         let mean = adu.iter().map(|v| f64::from(*v)).sum::<f64>() / adu.len() as f64;

@@ -3,7 +3,9 @@
 use std::fs;
 use std::path::Path;
 
-use nightglass::scene::{self, At, Crop, Options, Orbit, Psf, Scene, SceneError, SkyModel, Table, Track};
+use nightglass::scene::{
+    self, At, Brightness, Crop, Options, Orbit, Psf, Scene, SceneError, SkyModel, Table, Track,
+};
 use proptest::prelude::*;
 
 const BARE: &str = r#"
@@ -100,7 +102,7 @@ fn set_wins_over_the_scene_and_the_scene_over_the_preset() {
     let text = BARE.replace("[exposures]", "seeing_arcsec = 1.5\n[telescope]\nmoffat_beta = 2.5\n[exposures]");
     let scene = good(&text, &[("target.0.brightness.mag_v", "10.5"), ("detector.size_px", "512")]);
     assert_eq!((scene.station.seeing_arcsec, scene.telescope.moffat_beta), (1.5, 2.5));
-    assert_eq!((scene.target[0].mag_v, scene.detector.size_px), (10.5, [512, 512]));
+    assert_eq!((&scene.target[0].brightness, scene.detector.size_px), (&Brightness::MagV(10.5), [512, 512]));
 
     let focal = good(BARE, &[("telescope.focal_length_m", "1.0")]).telescope;
     assert_eq!(focal.focal_length_m, 1.0);
@@ -180,7 +182,7 @@ fn the_hash_follows_what_changes_a_pixel() {
     assert_ne!(hash(&[], Some(2)), plain);
     assert_ne!(hash(&[("telescope.throughput", "0.51")], None), plain);
     let mut scene = good(BARE, &[]);
-    scene.target[0].mag_v = 13.0;
+    scene.target[0].brightness = Brightness::MagV(13.0);
     assert_eq!(scene.sha256(), hash(&[("target.0.brightness.mag_v", "13")], None));
 }
 

@@ -21,7 +21,7 @@ fn scene(sets: &[(&str, &str)]) -> Scene {
 fn means(scene: &Scene) -> ([f64; 6], bool) {
     let simulator = Simulator::new(scene).expect("a simulator");
     let view = simulator.planner.view(0).expect("geometry");
-    let scenery = simulator.scenery(&view);
+    let scenery = simulator.scenery(&view).expect("light");
     let mut all = [0.0; 6];
     for (value, key) in all.iter_mut().zip(KEYS) {
         let row = scenery.ledger.iter().find(|r| r.name == format!("sky.{key}")).expect("a row");

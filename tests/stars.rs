@@ -31,7 +31,7 @@ fn scenery(more: &[(&str, &str)], targets: Vec<PointSource>) -> Scenery {
     let scene = scene(more);
     let simulator = Simulator::new(&scene).expect("a simulator");
     let view = simulator.planner.view(0).expect("geometry");
-    let mut scenery = simulator.scenery(&view);
+    let mut scenery = simulator.scenery(&view).expect("light");
     scenery.lost_e_px = 0.0;
     scenery.targets = targets;
     scenery
@@ -73,7 +73,7 @@ fn the_light_of_each_star_is_accounted_for() {
     let scene = scene(&[]);
     let simulator = Simulator::new(&scene).expect("a simulator");
     let view = simulator.planner.view(0).expect("geometry");
-    let whole = simulator.scenery(&view);
+    let whole = simulator.scenery(&view).expect("light");
     let (_, sum) = plane(&whole);
     assert!((sum / whole.targets[0].electrons - 1.0).abs() < 1e-6, "{sum}");
 }
@@ -154,7 +154,7 @@ fn narrow_and_wide_images_lose_what_they_must() {
         let scene = scene(sets);
         let simulator = Simulator::new(&scene).expect("a simulator");
         let view = simulator.planner.view(0).expect("geometry");
-        let scenery = simulator.scenery(&view);
+        let scenery = simulator.scenery(&view).expect("light");
         (scenery.psf.lost(), scenery.lost_e_px / scenery.targets[0].electrons)
     };
     for psf in ["gaussian", "moffat", "kolmogorov"] {
@@ -183,7 +183,7 @@ fn frames_and_images_of_any_size_are_finite() {
         let scene = scene(sets);
         let simulator = Simulator::new(&scene).expect("a simulator");
         let view = simulator.planner.view(0).expect("geometry");
-        let scenery = simulator.scenery(&view);
+        let scenery = simulator.scenery(&view).expect("light");
         let [width, height] = scene.detector.light_px();
         let region = Region { x0: 0, y0: 0, width, height };
         let adu = simulator.pixels(&view, &scenery, &region);

@@ -37,7 +37,8 @@ pub enum Towards {
 }
 
 impl Towards {
-    fn of(self, around: &Surroundings) -> DVec3 {
+    /// The unit vector to it.
+    pub fn of(self, around: &Surroundings) -> DVec3 {
         match self {
             Self::Earth => around.earth,
             Self::Sun => around.sun,
@@ -143,6 +144,23 @@ impl Profile {
             }
             Self::Tumble { tumble, epoch } => Ok(tumble.attitude(t.since(epoch))),
             Self::Table(rows) => interpolated(rows, t),
+        }
+    }
+
+    /// Fastest turn \[rad/s\] against what is around: an upper bound, but for [`Profile::Aligned`], which turns with the
+    /// directions that it follows.
+    pub fn fastest(&self) -> f64 {
+        match self {
+            Self::Inertial(_) | Self::Aligned { .. } => 0.0,
+            Self::Spin { period_s, .. } => TAU / period_s,
+            Self::Tumble { tumble, .. } => tumble.fastest(),
+            Self::Table(rows) => {
+                let rate = |pair: &[(Instant, Quaternion)]| {
+                    let cosine = pair[0].1.0.dot(pair[1].1.0).abs().min(1.0);
+                    2.0 * cosine.acos() / pair[1].0.since(&pair[0].0)
+                };
+                rows.windows(2).map(rate).fold(0.0, f64::max)
+            }
         }
     }
 

@@ -76,6 +76,9 @@ fn axis(i: usize) -> DVec3 {
 }
 
 impl Quaternion {
+    /// Body axes are the inertial ones.
+    pub const IDENTITY: Self = Self(DQuat::IDENTITY);
+
     /// From scalar-first components of any length above 0; normalised.
     pub fn new([q0, q1, q2, q3]: [f64; 4]) -> Option<Self> {
         let q = DQuat::from_xyzw(q1, q2, q3, q0);

@@ -91,6 +91,11 @@ impl Tumble {
         self.motion.as_ref().map_or(self.rate, |m| m.rates(m.tau0 + m.speed * seconds))
     }
 
+    /// A bound of the body's rates \[rad/s\]: its angular momentum over its least moment.
+    pub fn fastest(&self) -> f64 {
+        self.motion.as_ref().map_or(self.rate.length(), |m| m.momentum / m.inertia.min_element())
+    }
+
     /// Attitude after `seconds`.
     pub fn attitude(&self, seconds: f64) -> Quaternion {
         match &self.motion {

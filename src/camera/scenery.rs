@@ -12,10 +12,10 @@ use super::region::Region;
 use super::scintillation;
 use super::trails::Trails;
 use crate::base::ledger::{Row, Verdict, Why};
-use crate::base::units::flux_from_mag;
 use crate::light::tabulated::Tabulated;
-use crate::plan::view::View;
-use crate::scene::Scene;
+use crate::plan::brightness::TargetLight;
+use crate::plan::view::{TargetView, View};
+use crate::scene::{Brightness, Scene};
 use crate::sky::response::Response;
 use crate::sky::{self, Context, Source, field::SkyField};
 use crate::stars::catalogue::Catalogue;
@@ -41,6 +41,8 @@ pub struct Scenery {
     pub stars: Vec<PointSource>,
     /// Targets in the scene's order.
     pub targets: Vec<PointSource>,
+    /// Parts of each target's path with their shares of its light; none where the light is even.
+    pub streaks: Vec<Vec<(Path, f64)>>,
     /// Means at the centre of the sky sources present, in the order of the header.
     pub sky_means: Vec<SkyMean>,
     /// Dark charge \[e-/px\].
@@ -72,10 +74,10 @@ fn target_number(index: usize) -> u64 {
 }
 
 impl Scenery {
-    /// The scenery of one exposure. `clock` gives seconds since some moment; the ledger's times come from it.
+    /// The scenery of one exposure in which the targets have these `lights`. `clock` gives seconds since some moment; the ledger's times come from it.
     pub fn new(
         scene: &Scene,
-        view: &View,
+        (view, lights): (&View, &[TargetLight]),
         response: &Response,
         optics: &Optics,
         catalogue: &Catalogue,
@@ -125,7 +127,8 @@ impl Scenery {
         let edge = EDGE * scene.accuracy.omit * noise;
         let trails = Trails::new(&psf, &stars, edge, scene.accuracy.trail_px);
         let stars_ms = (clock() - began) * 1e3;
-        let targets = targets(scene, view, &context);
+        let targets = targets(scene, view, lights, &context);
+        let streaks = lights.iter().zip(&targets).map(|(light, target)| streak(light, target)).collect();
         let sources = field_stars::inside(scene, stars.iter().chain(&targets));
         // of an image wider than the frame the frame has its part
         let square = (2.0 * psf.radius() as f64 + 1.0).powi(2);
@@ -139,7 +142,7 @@ impl Scenery {
             Verdict::Absent(Why::NotVisible("no target, or none lit".into()))
         };
         ledger.extend(field_stars::rows(&context, view, &drawn, &stars, stars_ms));
-        let mut target = Row::new("target", &target_verdict, "constant V magnitude times the share of sunlight");
+        let mut target = Row::new("target", &target_verdict, &target_basis(scene, lights));
         target.mean_e_px = mean_light(&targets);
         ledger.push(target);
         let sigma = scintillation::sigma(scene, view.exposure_s, view.airmass);
@@ -169,6 +172,7 @@ impl Scenery {
             psf,
             stars,
             targets,
+            streaks,
             sky_means,
             dark_e,
             solar_v_zero: response.stars.solar().clone(),
@@ -212,8 +216,19 @@ impl Scenery {
     }
 
     fn add_targets(&self, region: &Region, left_out: usize, out: &mut [f64]) {
-        for (_, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
-            self.psf.add(&target.path, target.electrons, region, out);
+        for (i, target) in self.targets.iter().enumerate().filter(|(i, _)| *i != left_out) {
+            self.add_target(i, target.electrons, region, out);
+        }
+    }
+
+    /// Add the image of target number `index`, of so many electrons, to the pixels of `region`.
+    pub fn add_target(&self, index: usize, electrons: f64, region: &Region, out: &mut [f64]) {
+        let (Some(target), parts) = (self.targets.get(index), self.streaks.get(index)) else { return };
+        match parts.filter(|parts| !parts.is_empty()) {
+            Some(parts) => {
+                parts.iter().for_each(|(path, share)| self.psf.add(path, electrons * share, region, out));
+            }
+            None => self.psf.add(&target.path, electrons, region, out),
         }
     }
 
@@ -352,8 +367,8 @@ fn noise(context: &Context, dark_e: f64) -> f64 {
     (total + dark_e + context.scene.detector.read_noise_rms_e().powi(2)).sqrt()
 }
 
-fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {
-    let place = |(index, (target, seen)): (usize, (&crate::scene::Target, &crate::plan::view::TargetView))| {
+fn targets(scene: &Scene, view: &View, lights: &[TargetLight], context: &Context) -> Vec<PointSource> {
+    let place = |(index, (light, seen)): (usize, (&TargetLight, &TargetView))| {
         let far = DVec2::splat(f64::NAN);
         let pixel = |wcs: &crate::plan::wcs::Wcs, icrs: DVec3| wcs.pixel(icrs).unwrap_or(far);
         let icrs = seen.place.astrometric;
@@ -366,9 +381,38 @@ fn targets(scene: &Scene, view: &View, context: &Context) -> Vec<PointSource> {
         let sigma = scintillation::sigma(scene, view.exposure_s, seen.airmass);
         let twinkle = scintillation::factor(scene.seed, view.frame, target_number(index), sigma);
         let above = if seen.apparent.elevation > 0.0 { 1.0 } else { 0.0 };
-        let rate = context.response.stars.solar().at(seen.airmass) * flux_from_mag(target.mag_v);
-        let electrons = rate * view.exposure_s * seen.sunlit_mean * twinkle * above * share;
-        PointSource { id: index as u64, icrs, mag_v: target.mag_v, path, electrons, coloured: true }
+        let rate = context.response.stars.solar().at(seen.airmass) * light.v_flux;
+        let electrons = rate * view.exposure_s * twinkle * above * share;
+        PointSource { id: index as u64, icrs, mag_v: light.mag_v(), path, electrons, coloured: true }
     };
-    scene.target.iter().zip(&view.targets).enumerate().map(place).collect()
+    lights.iter().zip(&view.targets).enumerate().map(place).collect()
+}
+
+/// A streak is parted where its light changes: stretches of about a pixel, no more than there are shares.
+fn streak(light: &TargetLight, target: &PointSource) -> Vec<(Path, f64)> {
+    let length = target.path.length();
+    if light.shares.is_empty() || length.is_nan() || length <= 0.5 {
+        return Vec::new();
+    }
+    let parts = (length.ceil() as usize).clamp(2, light.shares.len());
+    let n = light.shares.len();
+    let share = |k: usize| light.shares[k * n / parts..(k + 1) * n / parts].iter().sum();
+    let at = |k: usize| (k * n / parts) as f64 / n as f64;
+    (0..parts).map(|k| (target.path.part(at(k), at(k + 1)), share(k))).collect()
+}
+
+/// What the targets' light is made of.
+fn target_basis(scene: &Scene, lights: &[TargetLight]) -> String {
+    let shapes = scene.target.iter().zip(lights).filter_map(|(target, light)| match &target.brightness {
+        Brightness::Shape(shaped) => Some(format!(
+            "{}: {} faces, V {:.2}, {} instants of the exposure",
+            target.name,
+            shaped.built.body.faces.len(),
+            light.mag_v(),
+            light.evaluations,
+        )),
+        Brightness::MagV(_) => None,
+    });
+    let shapes = shapes.collect::<Vec<_>>();
+    if shapes.is_empty() { "constant V magnitude times the share of sunlight".into() } else { shapes.join("; ") }
 }

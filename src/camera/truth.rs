@@ -72,10 +72,7 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         target: scene.target.get(index).map_or_else(String::new, |t| t.name.clone()),
         places: [path.mid, path.start, path.end],
         electrons: target.electrons,
-        mag_v: view
-            .targets
-            .get(index)
-            .map_or(f64::NAN, |seen| target.mag_v + crate::base::units::mag_from_flux(seen.sunlit_mean)),
+        mag_v: target.mag_v,
         snr: 0.0,
         background_e_px: f64::NAN,
         saturated: false,
@@ -88,7 +85,7 @@ fn one(scene: &Scene, view: &View, scenery: &Scenery, index: usize, target: &Poi
         let height = BAND_ROWS.min(region.height - first);
         let band = Region { y0: region.y0 + first, height, ..region };
         let (mut share, mut background) = (vec![0.0; band.len()], vec![0.0; band.len()]);
-        scenery.psf.add(&path, 1.0, &band, &mut share);
+        scenery.add_target(index, 1.0, &band, &mut share);
         scenery.evenness.apply(&band, &mut share);
         scenery.mean_without(&band, index, &mut background);
         for (i, (p, rest)) in share.iter().zip(&background).enumerate() {

@@ -39,7 +39,7 @@ pub(super) struct Global {
     /// Replace the output of another scene
     #[arg(long)]
     pub force: bool,
-    /// Use of a graphics processor; nothing in this version needs one
+    /// Shadows of large shapes on a graphics processor: where it pays, never, or always
     #[arg(long, default_value = "auto", value_parser = ["auto", "off", "require"])]
     pub gpu: String,
 }
@@ -65,6 +65,8 @@ pub(super) enum Command {
     Plan(With<PlanArgs>),
     /// Frames only; any subset or crop gives the pixels of the whole
     Render(With<RenderArgs>),
+    /// The targets' light curves without images: horizon and daylight are ignored
+    Lightcurve(With<SceneArgs>),
     /// Light curve from frames: pixels and headers
     Photometry(With<PhotometryArgs>),
     /// Error against run time of every approximation the scene uses, against its slow reference
@@ -89,6 +91,8 @@ pub(super) enum Command {
     Stations(With<Nothing>),
     /// Built-in scenes
     Scenes(With<Nothing>),
+    /// Graphics processors of this machine
+    Gpu(With<Nothing>),
     /// Shell completions
     Completions(With<CompletionArgs>),
 }
@@ -100,7 +104,9 @@ impl Command {
             Self::Run(with) => &with.global,
             Self::Plan(with) => &with.global,
             Self::Time(with) => &with.global,
-            Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) => &with.global,
+            Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) | Self::Lightcurve(with) => {
+                &with.global
+            }
             Self::Render(with) => &with.global,
             Self::Sky(with) => &with.global,
             Self::Calibrate(with) => &with.global,
@@ -108,7 +114,7 @@ impl Command {
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Info(with) }) => &with.global,
-            Self::Schema(with) | Self::Stations(with) | Self::Scenes(with) => &with.global,
+            Self::Schema(with) | Self::Stations(with) | Self::Scenes(with) | Self::Gpu(with) => &with.global,
             Self::Completions(with) => &with.global,
         }
     }

@@ -1,6 +1,7 @@
 //! `nightglass explain`.
 
 use super::args::{Global, SceneArgs};
+use super::gpu::graphics;
 use super::talk::{Failure, Talk, clock, load, print, write_new};
 use crate::run::tables::ledger_row;
 use crate::simulate::Simulator;
@@ -10,7 +11,8 @@ use std::fmt::Write;
 
 pub(super) fn explain(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
-    let simulator = Simulator::new(&scene)?;
+    let mut simulator = Simulator::new(&scene)?;
+    simulator.graphics = graphics(&scene, global, talk)?;
     let explanation = study(&simulator, &clock())?;
     if global.json {
         let rows = explanation.ledger.rows().map(ledger_row).collect::<Vec<_>>();

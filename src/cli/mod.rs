@@ -6,6 +6,8 @@ mod args;
 mod calibrate;
 mod catalog;
 mod explain;
+mod gpu;
+mod lightcurve;
 mod photometry;
 mod plan;
 mod render;
@@ -30,16 +32,13 @@ pub fn main(cli: &Cli) -> ExitCode {
         // fails only if a pool exists already, which nothing here makes
         let _ = rayon::ThreadPoolBuilder::new().num_threads(usize::from(threads)).build_global();
     }
-    if global.gpu == "require" {
-        talk.error("--gpu require: nothing in this version runs on a graphics processor; use auto or off");
-        return ExitCode::from(2);
-    }
     let result = match &cli.command {
         Command::Run(with) => run::run(&with.args, global, &talk),
         Command::Plan(with) => plan::plan(&with.args, global, &talk),
         Command::Render(with) => render::render(&with.args, global, &talk),
         Command::Calibrate(with) => calibrate::calibrate(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
+        Command::Lightcurve(with) => lightcurve::lightcurve(&with.args, global, &talk),
         Command::Time(with) => time::time(&with.args, global),
         Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),
         Command::Explain(with) => explain::explain(&with.args, global, &talk),
@@ -47,6 +46,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Init(with) => scenes::init(&with.args, global, &talk),
         Command::Check(with) => scenes::check(&with.args, global, &talk),
         Command::Schema(_) => scenes::schema(),
+        Command::Gpu(with) => gpu::gpu(&with.global),
         Command::Scenes(_) => scenes::scenes(global),
         Command::Stations(_) => scenes::stations(global),
         Command::Catalog(args) => catalog::catalog(&args.action, global, &talk),

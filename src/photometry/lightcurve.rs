@@ -71,15 +71,24 @@ pub fn borrow_zero_points(measurements: &mut [Measurement]) {
     }
 }
 
+/// Where a light curve comes from, as its metadata tell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Origin {
+    /// Computed.
+    Model,
+    /// Measured from frames.
+    Measured,
+}
+
 /// The light curve as the table `lightcurve.ecsv`; geometry columns are NaN without `geometry`, whose rows
 /// go with the measurements'.
-pub fn table(measurements: &[Measurement], geometry: Option<&[Geometry]>) -> Table {
+pub fn table(origin: Origin, measurements: &[Measurement], geometry: Option<&[Geometry]>) -> Table {
     let n = measurements.len();
     let mut places = (0..n).map(|i| geometry.and_then(|g| g.get(i)).cloned().unwrap_or_else(Geometry::none));
     let places = places.by_ref().collect::<Vec<_>>();
     let rows = || measurements.iter().zip(&places);
     let mut table = Table::default();
-    table.note("origin", "measured");
+    table.note("origin", if origin == Origin::Model { "model" } else { "measured" });
     let nearest = places.iter().map(|g| g.range_km).fold(f64::INFINITY, f64::min);
     let norm_range_km = NORM_RANGES_KM[usize::from(nearest >= LOW_ORBIT_KM)];
     table.note("norm_range_km", norm_range_km);
@@ -157,12 +166,12 @@ mod tests {
 
     #[test]
     fn the_columns_are_those_of_the_contract() {
-        let text = crate::io::ecsv::to_ecsv(&table(&[measured(0.0, 20.0)], None));
+        let text = crate::io::ecsv::to_ecsv(&table(Origin::Measured, &[measured(0.0, 20.0)], None));
         let names = "frame time_utc mjd_utc exptime_s target x_px y_px ra_deg dec_deg flux_e flux_err_e mag_v mag_err \
                      mag_v_norm zeropoint_mag background_e_px airmass phase_deg range_km sun_x sun_y sun_z \
                      obs_x obs_y obs_z flags";
         assert!(text.contains(&format!("\n{names}\n")), "{text}");
         assert!(text.contains("origin: \"measured\"") && text.contains("norm_range_km"));
-        assert_eq!(table(&[], None).rows(), 0);
+        assert_eq!(table(Origin::Measured, &[], None).rows(), 0);
     }
 }

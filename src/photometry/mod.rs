@@ -38,7 +38,7 @@ pub mod zeropoint;
 
 pub use field::FieldStar;
 pub use frame::{Frame, PhotometryError};
-pub use lightcurve::{Geometry, borrow_zero_points, table};
+pub use lightcurve::{Geometry, Origin, borrow_zero_points, table};
 
 use crate::astro::time::Instant;
 use field::Track;
@@ -152,14 +152,26 @@ pub struct Measurement {
 impl Measurement {
     /// A row with nothing measured.
     pub(crate) fn unmeasured(frame: &Frame) -> Self {
-        let nan = f64::NAN;
         Self {
             frame: frame.number,
             object: frame.object.clone(),
-            time: frame.time,
             exptime_s: frame.exptime_s,
-            airmass: frame.airmass.unwrap_or(nan),
+            airmass: frame.airmass.unwrap_or(f64::NAN),
             scintillation: scintillation(frame),
+            ..Self::blank(frame.time)
+        }
+    }
+
+    /// A row with nothing known but its time.
+    pub fn blank(time: Instant) -> Self {
+        let nan = f64::NAN;
+        Self {
+            frame: None,
+            object: String::new(),
+            time,
+            exptime_s: nan,
+            airmass: nan,
+            scintillation: 0.0,
             x_px: nan,
             y_px: nan,
             ra_deg: nan,
@@ -181,7 +193,7 @@ impl Measurement {
     }
 
     /// Magnitude and error from flux and zero point.
-    fn set_magnitude(&mut self) {
+    pub fn set_magnitude(&mut self) {
         (self.mag_v, self.mag_err) = (f64::NAN, f64::NAN);
         if self.flux_e > 0.0 && self.zeropoint_mag.is_finite() {
             self.mag_v = self.zeropoint_mag - 2.5 * self.flux_e.log10();

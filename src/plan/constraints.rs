@@ -19,8 +19,8 @@ pub fn horizon(mask: &[[f64; 2]], azimuth_deg: f64) -> f64 {
 }
 
 /// Hold an exposure against the scene's `[plan]` and horizon. The place that counts is the first target's, or
-/// the frame's centre if there is none.
-pub fn assess(view: &View, scene: &Scene) -> Observability {
+/// the frame's centre if there is none; `mag_v` is its magnitude in this exposure, where the scene asks for a limit.
+pub fn assess(view: &View, scene: &Scene, mag_v: Option<f64>) -> Observability {
     let limits = &scene.plan;
     let target = view.targets.first();
     let place = target.map_or(view.centre, |t| t.apparent);
@@ -47,10 +47,10 @@ pub fn assess(view: &View, scene: &Scene) -> Observability {
     if let Some(t) = target.filter(|t| limits.sunlit && t.light.sunlit < 1.0) {
         broken.push(format!("in the Earth's shadow, {:.0} % of the Sun's disc visible", t.light.sunlit * 100.0));
     }
-    if let Some((limit, target)) = limits.limit_mag_v.zip(scene.target.first())
-        && target.mag_v > limit
-    {
-        broken.push(format!("V {} fainter than {limit}", target.mag_v));
+    match limits.limit_mag_v.zip(mag_v) {
+        Some((limit, mag_v)) if mag_v.is_nan() => broken.push(format!("dark, fainter than V {limit}")),
+        Some((limit, mag_v)) if mag_v > limit => broken.push(format!("V {mag_v:.2} fainter than {limit}")),
+        _ => {}
     }
     Observability {
         observable: broken.is_empty(),

@@ -1,5 +1,6 @@
 //! Planning: where the frame points, what its pixels see, and whether an exposure is worth taking.
 
+pub mod brightness;
 pub mod constraints;
 pub mod crossing;
 pub mod interval;

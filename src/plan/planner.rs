@@ -1,12 +1,13 @@
 //! From a scene to the geometry of its exposures, each computed once.
 
 use super::PlanError;
+use super::brightness::{Glow, TargetLight};
 use super::constraints;
 use super::interval::{Interval, Margin};
 use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
-use super::view::{Body, Circumstances, Horizontal, Moon, Observability, Planned, TargetView, View};
+use super::view::{Body, Circumstances, Horizontal, Moon, Observability, Planned, Sighting, TargetView, View};
 use super::wcs::{Wcs, east_north};
 use super::windows::{Condition, Night, Window, nights};
 use crate::astro::attitude::Profile;
@@ -15,16 +16,24 @@ use crate::astro::rotation::Quaternion;
 use crate::astro::time::Instant;
 use crate::astro::{self, bodies, eop, separation};
 use crate::base::constants::{EARTH_RATE_RAD_S, LIGHT_M_S};
-use crate::base::units::ARCSEC_PER_RAD;
-use crate::scene::Scene;
+use crate::base::units::{ARCSEC_PER_RAD, flux_from_mag};
+use crate::object::shadow::card::Graphics;
+use crate::scene::{Brightness, Scene};
 use glam::DVec2;
 use rayon::prelude::*;
+use std::sync::{Mutex, PoisonError};
 
 /// Half the step of the numerical derivative of a place \[s\].
 const RATE_STEP_S: f64 = 0.1;
 
 /// Elements farther from the first exposure than this are warned about \[days\].
 pub const OLD_ELEMENTS_DAYS: f64 = 14.0;
+
+/// Turn of a shape between two looks at its brightness in the search of windows \[rad\], and the times \[s\] that it takes at
+/// least and at most.
+const LOOK_RAD: f64 = 0.05;
+const SHORTEST_LOOK_S: f64 = 2.0;
+const LONGEST_LOOK_S: f64 = 60.0;
 
 /// Midpoints of the mean share of sunlight over an exposure in which the share changes: 1e-4 of the exposure.
 const SHADOW_STEPS: usize = 256;
@@ -126,6 +135,24 @@ impl<'a> Planner<'a> {
         Ok(self.mount.attitudes(&self.site, [t, &view.mid, &view.end])?.start)
     }
 
+    /// The light of the target of that number, if there is one.
+    pub fn glow(&self, target: usize, graphics: &Graphics) -> Option<Glow<'_>> {
+        let own = self.scene.target.get(target)?;
+        let motion = self.motions.get(target)?;
+        let profile = self.profiles.get(target).and_then(Option::as_ref);
+        let relative = self.scene.accuracy.brightness;
+        Some(Glow::new(&own.brightness, &self.site, (motion, profile), relative, graphics))
+    }
+
+    /// The light of all targets in an exposure.
+    ///
+    /// # Errors
+    /// [`PlanError`] where an attitude is not known.
+    pub fn lights(&self, view: &View, graphics: &Graphics) -> Result<Vec<TargetLight>, PlanError> {
+        let targets = (0..self.scene.target.len()).filter_map(|k| self.glow(k, graphics).zip(view.sighting(k)));
+        targets.map(|(mut glow, seen)| glow.over(&seen)).collect()
+    }
+
     /// How the target of that number moves.
     pub fn motion(&self, target: usize) -> Option<&Motion> {
         self.motions.get(target)
@@ -158,10 +185,26 @@ impl<'a> Planner<'a> {
             return Ok(Vec::new());
         };
         let faintest = self.scene.plan.limit_mag_v;
-        // a constant magnitude is bright enough for ever or never
-        let bright = |_: &Instant, _: &Observer, _: &Place| Margin {
-            value: faintest.map_or(1.0, |limit| limit - own.mag_v),
-            safe_s: f64::INFINITY,
+        let limit = faintest.map_or(0.0, flux_from_mag);
+        // a constant magnitude is bright enough for ever or never; a shape is looked at often in every turn
+        let glow = Mutex::new(self.glow(target, &Graphics::default()));
+        let safe_s = match own.brightness {
+            Brightness::MagV(_) => f64::INFINITY,
+            Brightness::Shape(_) => {
+                let fastest = self.profiles.get(target).and_then(Option::as_ref).map_or(0.0, Profile::fastest);
+                (LOOK_RAD / fastest).clamp(SHORTEST_LOOK_S, LONGEST_LOOK_S)
+            }
+        };
+        let bright = |t: &Instant, observer: &Observer, place: &Place| {
+            let mut glow = glow.lock().unwrap_or_else(PoisonError::into_inner);
+            let value = match (&own.brightness, glow.as_mut()) {
+                (Brightness::MagV(mag_v), _) => faintest.map_or(1.0, |faintest| faintest - mag_v),
+                (Brightness::Shape(_), Some(glow)) => {
+                    glow.at_place(t, place, observer).map_or(f64::NAN, |(v_flux, _)| v_flux - limit)
+                }
+                (Brightness::Shape(_), None) => 1.0,
+            };
+            Margin { value, safe_s }
         };
         night.windows(motion, faintest.is_some().then_some(&bright as &Condition))
     }
@@ -210,7 +253,10 @@ impl<'a> Planner<'a> {
             targets,
             observability: Observability::default(),
         };
-        view.observability = constraints::assess(&view, self.scene);
+        let first = if self.scene.plan.limit_mag_v.is_some() { self.glow(0, &Graphics::default()) } else { None };
+        let light = first.zip(view.sighting(0)).map(|(mut glow, seen)| glow.over(&seen)).transpose()?;
+        let mag_v = light.map(|light| light.mag_v());
+        view.observability = constraints::assess(&view, self.scene, mag_v);
         Ok(view)
     }
 
@@ -251,6 +297,66 @@ impl<'a> Planner<'a> {
         Ok(known(self.all(&|| ())?))
     }
 
+    /// What the light of a target in frame number `frame` depends on, without all the rest of a view.
+    ///
+    /// # Errors
+    /// [`PlanError`] where its place is not known.
+    pub fn sighting(&self, frame: usize, target: usize) -> Result<Sighting, PlanError> {
+        let exposures = &self.scene.exposures;
+        let start = exposures.start.plus(frame as f64 * exposures.cadence_s);
+        let (mid, end) = (start.plus(0.5 * exposures.duration_s), start.plus(exposures.duration_s));
+        let observer = Observer::at(&self.site, &mid)?;
+        let motion = self.motions.get(target).ok_or(PlanError::NoTarget)?;
+        Ok(self.sight(motion, &observer, [&start, &mid, &end])?)
+    }
+
+    fn sight(
+        &self,
+        motion: &Motion,
+        observer: &Observer,
+        [start, mid, end]: [&Instant; 3],
+    ) -> Result<Sighting, astro::Error> {
+        let place = motion.place_from(observer, mid)?;
+        let light = place.illumination(observer);
+        let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
+        let exposure_s = end.since(start);
+        Ok(Sighting {
+            start: *start,
+            mid: *mid,
+            exposure_s,
+            observer: *observer,
+            place,
+            light,
+            sunlit_mean: self.sunlit_mean(motion, light.sunlit, start, exposure_s)?,
+            apparent,
+            airmass: airmass(apparent.elevation),
+        })
+    }
+
+    /// Mean share of sunlight over an exposure in whose middle it is `middle`.
+    fn sunlit_mean(
+        &self,
+        motion: &Motion,
+        middle: f64,
+        start: &Instant,
+        exposure_s: f64,
+    ) -> Result<f64, astro::Error> {
+        if exposure_s == 0.0 {
+            return Ok(middle);
+        }
+        let sunlit = |share: f64| -> Result<f64, astro::Error> {
+            let t = start.plus(share * exposure_s);
+            let observer = Observer::at(&self.site, &t)?;
+            Ok(motion.place_from(&observer, &t)?.illumination(&observer).sunlit)
+        };
+        if sunlit(0.0)? == middle && sunlit(1.0)? == middle {
+            return Ok(middle);
+        }
+        // the share has kinks at the contacts: many midpoints instead of a rule for smooth functions
+        let shares = (0..SHADOW_STEPS).map(|k| sunlit((k as f64 + 0.5) / SHADOW_STEPS as f64));
+        Ok(shares.sum::<Result<f64, _>>()? / SHADOW_STEPS as f64)
+    }
+
     fn target(
         &self,
         motion: &Motion,
@@ -258,27 +364,10 @@ impl<'a> Planner<'a> {
         moon: &Moon,
         [start, mid, end]: [&Instant; 3],
     ) -> Result<TargetView, astro::Error> {
-        let place = motion.place_from(observer, mid)?;
-        let light = place.illumination(observer);
+        let seen = self.sight(motion, observer, [start, mid, end])?;
+        let place = seen.place;
         let at = |t: &Instant| motion.place(&self.site, t);
         let (first, last) = (at(start)?, at(end)?);
-        let sunlit = |place: &Place, t: &Instant| -> Result<f64, astro::Error> {
-            Ok(place.illumination(&Observer::at(&self.site, t)?).sunlit)
-        };
-        let three = [sunlit(&first, start)?, light.sunlit, sunlit(&last, end)?];
-        let sunlit_mean = if three[0] == three[1] && three[1] == three[2] {
-            three[1]
-        } else {
-            // the share has kinks at the contacts: many midpoints instead of a rule for smooth functions
-            let step = end.since(start) / SHADOW_STEPS as f64;
-            let mut sum = 0.0;
-            for k in 0..SHADOW_STEPS {
-                let t = start.plus((k as f64 + 0.5) * step);
-                sum += sunlit(&at(&t)?, &t)?;
-            }
-            sum / SHADOW_STEPS as f64
-        };
-        let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
         // at the end of an ephemeris the difference is one-sided
         let (ahead, behind) = (at(&mid.plus(RATE_STEP_S)), at(&mid.plus(-RATE_STEP_S)));
         let sides = f64::from(u8::from(ahead.is_ok()) + u8::from(behind.is_ok())).max(1.0);
@@ -287,10 +376,10 @@ impl<'a> Planner<'a> {
         Ok(TargetView {
             place,
             start_end: [first.astrometric, last.astrometric],
-            light,
-            sunlit_mean,
-            apparent,
-            airmass: airmass(apparent.elevation),
+            light: seen.light,
+            sunlit_mean: seen.sunlit_mean,
+            apparent: seen.apparent,
+            airmass: seen.airmass,
             rate: DVec2::new(step.dot(east), step.dot(north)) / (sides * RATE_STEP_S),
             moon_separation: separation(place.geocentric, moon.body.direction),
         })

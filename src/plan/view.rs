@@ -75,6 +75,29 @@ pub struct TargetView {
     pub moon_separation: f64,
 }
 
+/// What the light of a target in one exposure depends on.
+#[derive(Debug, Clone, Copy)]
+pub struct Sighting {
+    /// Shutter opens.
+    pub start: Instant,
+    /// Middle of the exposure.
+    pub mid: Instant,
+    /// Exposure time \[s\].
+    pub exposure_s: f64,
+    /// The observer at mid-exposure.
+    pub observer: Observer,
+    /// Place at mid-exposure.
+    pub place: Place,
+    /// How it is lit at mid-exposure.
+    pub light: Illumination,
+    /// Share of sunlight, averaged over the exposure.
+    pub sunlit_mean: f64,
+    /// Apparent place: light time, diurnal aberration, refraction.
+    pub apparent: Horizontal,
+    /// Airmass at the apparent place.
+    pub airmass: f64,
+}
+
 /// The geometry of one exposure.
 #[derive(Debug, Clone)]
 pub struct View {
@@ -109,6 +132,22 @@ pub struct View {
 }
 
 impl View {
+    /// What the light of target number `target` depends on.
+    pub fn sighting(&self, target: usize) -> Option<Sighting> {
+        let t = self.targets.get(target)?;
+        Some(Sighting {
+            start: self.start,
+            mid: self.mid,
+            exposure_s: self.exposure_s,
+            observer: self.observer,
+            place: t.place,
+            light: t.light,
+            sunlit_mean: t.sunlit_mean,
+            apparent: t.apparent,
+            airmass: t.airmass,
+        })
+    }
+
     /// The observer, the Sun and the Moon at mid-exposure.
     pub fn circumstances(&self) -> Circumstances {
         Circumstances { instant: self.mid, observer: self.observer, sun: self.sun, moon: self.moon }

@@ -143,7 +143,7 @@ fn prepare<'v>(
     if !asked && !there {
         return Ok(Prepared::Nothing);
     }
-    let scenery = simulator.timed_scenery(view, clock);
+    let scenery = simulator.timed_scenery(view, clock)?;
     let region = match (asked, there) {
         // a frame of another shard: taken as it is
         (false, _) => match stored_as(dir, view.frame) {

@@ -8,6 +8,7 @@ use crate::base::units::mag_from_flux;
 use crate::io::image::{Image, keywords};
 use crate::light::colour::StarLight;
 use crate::light::throughput::Throughput;
+use crate::photometry::Origin;
 use crate::photometry::{
     FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
 };
@@ -79,7 +80,10 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     let (mut measurements, geometry): (Vec<_>, Vec<_>) = rows.into_iter().unzip();
     borrow_zero_points(&mut measurements);
     let geometry = geometry.into_iter().collect::<Option<Vec<_>>>();
-    let table = table(&measurements, geometry.as_deref());
+    let mut table = table(Origin::Measured, &measurements, geometry.as_deref());
+    if let Some(scene) = job.scene {
+        super::model_curve::known(scene, &mut table);
+    }
     Ok(LightCurve { measurements, table })
 }
 

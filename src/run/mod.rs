@@ -3,6 +3,7 @@
 pub mod calibrate;
 pub mod frames;
 pub mod lightcurve;
+pub mod model_curve;
 pub mod tables;
 
 use crate::io::atomic;

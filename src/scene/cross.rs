@@ -8,6 +8,7 @@ use crate::astro::orbit::kepler::eccentric_anomaly;
 use crate::astro::separation;
 use crate::astro::tumble::checked_inertia;
 use crate::base::constants::EARTH_RADIUS_M;
+use crate::object::surface::files::BUILT_IN;
 use glam::DVec3;
 
 /// Everything wrong between the keys of a checked scene. `root` knows where they were written.
@@ -121,6 +122,7 @@ impl Look<'_> {
         }
         for (i, target) in targets.iter().enumerate() {
             self.orbit(i, target, found);
+            self.shape(i, target, found);
             self.attitude(i, target, found);
         }
         if let Some(name) = self.text("pointing.target")
@@ -170,6 +172,28 @@ impl Look<'_> {
                 );
                 found.push(self.fault(&format!("target.{i}.orbit.state.position_km"), &message));
             }
+        }
+    }
+
+    /// What no single key of a shape can tell.
+    fn shape(&self, i: usize, target: &Value, found: &mut Vec<Fault>) {
+        let given = |key: &str| target.get(key).is_some();
+        if !given("shape") {
+            for key in ["shape_size_m", "material", "part"].into_iter().filter(|key| given(key)) {
+                found.push(self.fault(&format!("target.{i}.{key}"), "only of a target with a shape"));
+            }
+            return;
+        }
+        if let Some(fixed) = target.get("orbit").and_then(|orbit| orbit.get("fixed"))
+            && fixed.get("range_km").is_none()
+        {
+            let message = "range_km is required of a target with a shape: its brightness depends on its distance";
+            found.push(self.fault(&format!("target.{i}.orbit.fixed"), message));
+        }
+        let built_in = target.get("shape").and_then(Value::as_str).is_some_and(|name| BUILT_IN.contains(&name));
+        if given("shape_size_m") && !built_in {
+            let message = "only of a built-in shape; a file has its own size, times shape_scale";
+            found.push(self.fault(&format!("target.{i}.shape_size_m"), message));
         }
     }
 

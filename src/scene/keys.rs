@@ -16,6 +16,31 @@ const COUNT: i64 = 1_000_000_000;
 const QE: &[&str] = &["kaf16803", "krag2003", "e2v230_84", "andor_dw936", "thx7899m"];
 const AXES: &[&str] = &["earth", "sun", "velocity", "observer"];
 const ATTITUDES: &[&str] = &["inertial", "spin", "nadir", "sun", "aligned", "tumble", "table"];
+const SHAPES: &[&str] =
+    &["box", "sphere", "cylinder", "cone", "torus", "plate", "dish", "l-shape", "box-wing", "observatory"];
+const BRDFS: &[&str] = &[
+    "lambert",
+    "phong",
+    "phong-draft",
+    "blinn-phong",
+    "blinn-phong-draft",
+    "cook-torrance",
+    "oren-nayar",
+    "ashikhmin-shirley",
+    "mirror",
+    "aluminium",
+    "gold",
+    "white-paint",
+    "black-paint",
+    "mli",
+    "solar-cell",
+];
+/// Those with a number of that name.
+const DIFFUSE: &str =
+    "lambert|phong|phong-draft|blinn-phong|blinn-phong-draft|cook-torrance|oren-nayar|ashikhmin-shirley|mirror";
+const SPECULAR: &str = "phong|phong-draft|blinn-phong|blinn-phong-draft|cook-torrance|ashikhmin-shirley|mirror";
+const EXPONENT: &str = "phong|phong-draft|blinn-phong|blinn-phong-draft|ashikhmin-shirley";
+const ROUGHNESS: &str = "cook-torrance|oren-nayar";
 const MODELS: &[&str] = &["auto", "convex", "nonconvex", "little", "ikeuchi", "nicolet", "draft"];
 const EXTINCTION: &[&str] = &["kpno", "ctio", "krag2003", "computed"];
 
@@ -118,9 +143,10 @@ pub(super) static KEYS: &[Key] = &[
 
     table("target[]", Many, "an object in orbit; write one [[target]] for each"),
     key("target[].name", Text, "", Must("\"GOES 14\""), "unique name"),
-    key("target[].shape", Text, "", Optional("\"shapes/boxwing.obj\""), "OBJ or STL in metres, or \"box\", \"sphere\", \"cylinder\", \"plate\" with shape_size_m").later(),
-    key("target[].shape_size_m", Reals(3, 0.0, 1e6), "m", Optional("[1.0, 1.0, 1.0]"), "size of a built-in shape").later(),
-    key("target[].shape_scale", Real(0.0, 1e6), "", Optional("1.0"), "factor on the shape's size").later(),
+    key("target[].shape", WordOrFile(SHAPES, &[], "an OBJ or STL file in metres", true), "", Optional("\"shapes/boxwing.obj\""), "closed parts are solids (their union counts); parts with open edges are sheets, lit from both sides"),
+    key("target[].shape_size_m", Reals(3, 1e-9, 1e9), "m", Optional("[1.0, 1.0, 1.0]"), "extent along x, y, z of a built-in shape; 1 m, or its natural size"),
+    key("target[].shape_scale", Above(0.0, 1e9), "", Is("1.0"), "factor on the shape's size; 0.001 of a file in millimetres"),
+    key("target[].earthshine", Flag, "", Is("false"), "whether the shape is lit by the Earth too: a Lambert sphere of albedo 0.3"),
     table("target[].orbit", Section, "where it is: one of tle, omm, oem, state, kepler, fixed"),
     key("target[].orbit.tle", Tle, "", Must("[\"1 35491U ...\", \"2 35491 ...\"]"), "two-line elements, or a file"),
     key("target[].orbit.omm", File(Content::Omm), "", Optional("\"sat.json\""), "mean elements as a message"),
@@ -145,16 +171,23 @@ pub(super) static KEYS: &[Key] = &[
     key("target[].orbit.kepler.mean_anomaly_deg", Real(-360.0, 360.0), "deg", Must("9.0"), "mean anomaly"),
     table("target[].brightness", Maybe, "how bright it is, unless it has a shape"),
     key("target[].brightness.mag_v", Real(-30.0, 40.0), "mag", Must("11.8"), "outside the atmosphere while lit, at any range and phase"),
-    table("target[].material", Maybe, "of faces whose MTL group names none").later(),
-    key("target[].material.brdf", Text, "", Is("\"lambert\""), "\"lambert\", \"phong\", \"phong-draft\", \"blinn-phong\", \"cook-torrance\", \"oren-nayar\", \"ashikhmin-shirley\", \"mirror\" or a preset"),
-    key("target[].material.diffuse", Real(0.0, 1.0), "", Is("0.6"), "C_d: lambert f = C_d/pi"),
-    key("target[].material.specular", Real(0.0, 1.0), "", Is("0.0"), "C_s: blinn-phong f += C_s (n+2)/(8 pi) (N.H)^n"),
-    key("target[].material.exponent", Real(0.0, 1e6), "", Is("20.0"), "n"),
-    table("target[].material.group", Named, "the same keys for one OBJ group, [target.material.group.NAME]"),
-    key("target[].material.group.*.brdf", Text, "", Is("\"lambert\""), "as in [target.material]"),
-    key("target[].material.group.*.diffuse", Real(0.0, 1.0), "", Is("0.6"), "as in [target.material]"),
-    key("target[].material.group.*.specular", Real(0.0, 1.0), "", Is("0.0"), "as in [target.material]"),
-    key("target[].material.group.*.exponent", Real(0.0, 1e6), "", Is("20.0"), "as in [target.material]"),
+    table("target[].material", Maybe, "of faces whose MTL material and group tell none"),
+    key("target[].material.brdf", WordOrFile(BRDFS, &[], "a CSV of theta_s_deg, theta_o_deg, phi_deg, f_sr", true), "", Is("\"lambert\""), "a model, or a preset from aluminium on"),
+    key("target[].material.diffuse", Real(0.0, 1.0), "", Is("0.6"), "C_d: lambert f = C_d/pi").when("brdf", DIFFUSE),
+    key("target[].material.specular", Real(0.0, 1.0), "", Is("0.0"), "C_s: blinn-phong f += C_s (n+2)/(8 pi) (N.H)^n; cook-torrance: Fresnel's share at 0 deg; with diffuse at most 1").when("brdf", SPECULAR),
+    key("target[].material.exponent", Real(0.0, 1e6), "", Is("20.0"), "n of the lobe").when("brdf", EXPONENT),
+    key("target[].material.roughness", Real(0.0, 1.0), "", Is("0.3"), "alpha of cook-torrance, sigma [rad] of oren-nayar").when("brdf", ROUGHNESS),
+    table("target[].material.group", Named, "the same keys for one OBJ group or MTL material, [target.material.group.NAME]"),
+    key("target[].material.group.*.brdf", WordOrFile(BRDFS, &[], "a CSV of theta_s_deg, theta_o_deg, phi_deg, f_sr", true), "", Is("\"lambert\""), "as in [target.material]"),
+    key("target[].material.group.*.diffuse", Real(0.0, 1.0), "", Is("0.6"), "as in [target.material]").when("brdf", DIFFUSE),
+    key("target[].material.group.*.specular", Real(0.0, 1.0), "", Is("0.0"), "as in [target.material]").when("brdf", SPECULAR),
+    key("target[].material.group.*.exponent", Real(0.0, 1e6), "", Is("20.0"), "as in [target.material]").when("brdf", EXPONENT),
+    key("target[].material.group.*.roughness", Real(0.0, 1.0), "", Is("0.3"), "as in [target.material]").when("brdf", ROUGHNESS),
+    table("target[].part", Named, "a part that turns, [target.part.GROUP]: of an OBJ group"),
+    key("target[].part.*.hinge_m", Reals(3, -1e9, 1e9), "m", Is("[0.0, 0.0, 0.0]"), "a point that stays where it is, body axes, before shape_scale"),
+    key("target[].part.*.axis", Reals(3, -BIG, BIG), "", Optional("[0.0, 1.0, 0.0]"), "body axis it turns about; without it the part turns any way"),
+    key("target[].part.*.face", Reals(3, -BIG, BIG), "", Must("[0.0, 0.0, 1.0]"), "direction of the part at rest that follows"),
+    key("target[].part.*.point_to", Word(AXES, &[]), "", Is("\"sun\""), "what it follows, as near as the axis lets it"),
     table("target[].attitude", Maybe, "how it turns"),
     key("target[].attitude.mode", Word(ATTITUDES, &[]), "", Must("\"spin\""), "kind of motion"),
     key("target[].attitude.quaternion", Reals(4, -1.0, 1.0), "", Is("[1.0, 0.0, 0.0, 0.0]"), "scalar first, body to ICRS components; spin and tumble: at epoch").when("mode", "inertial|spin|tumble"),
@@ -206,7 +239,7 @@ pub(super) static KEYS: &[Key] = &[
 
     table("accuracy", Section, "tolerances; every one has a measured default"),
     key("accuracy.omit", Real(0.0, 1.0), "", Is("0.01"), "a source below this share of a pixel's noise is left out"),
-    key("accuracy.brightness", Above(0.0, 1.0), "", Is("1e-4"), "relative, shape and time integration together").later(),
+    key("accuracy.brightness", Above(0.0, 1.0), "", Is("1e-4"), "relative, shape and time integration together; decides how shadows are found"),
     key("accuracy.sky", Above(0.0, 1.0), "", Is("1e-3"), "relative, of the field's representation"),
     key("accuracy.psf", Above(0.0, 0.5), "", Is("1e-4"), "share of flux outside the drawn stamp"),
     key("accuracy.trail_px", Above(0.0, 10.0), "px", Is("0.01"), "stars whose trails differ by less share one image"),

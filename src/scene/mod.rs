@@ -13,7 +13,7 @@
 //! use nightglass::scene::{self, Options};
 //! let brighter = [("target.0.brightness.mag_v".to_string(), "10.5".to_string())];
 //! let scene = scene::load("pogs-geo", &Options { sets: &brighter, seed: Some(7) })?;
-//! assert_eq!(scene.target[0].mag_v, 10.5);
+//! assert_eq!(scene.target[0].brightness, scene::Brightness::MagV(10.5));
 //! assert_eq!(scene.detector.size_px, [4096, 4096]);
 //! # Ok::<(), scene::SceneError>(())
 //! ```
@@ -29,6 +29,7 @@ mod jsonschema;
 mod keys;
 mod resolve;
 mod schema;
+mod shaped;
 mod target;
 mod template;
 mod tree;

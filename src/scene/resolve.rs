@@ -222,6 +222,11 @@ impl Scene {
     pub fn sha256(&self) -> String {
         let mut table = typed::write(self, |input| format!("sha256:{}", input.sha256));
         table.remove("output");
+        let beside = self.inputs.iter().filter(|input| input.key.contains(".beside."));
+        let beside = beside.map(|input| toml::Value::from(input.sha256.as_str())).collect::<Vec<_>>();
+        if !beside.is_empty() {
+            table.insert("beside".into(), beside.into());
+        }
         hex(&Sha256::digest(table.to_string().as_bytes()))
     }
 

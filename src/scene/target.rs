@@ -1,11 +1,14 @@
 //! `[[target]]` between TOML and its type: orbit, brightness, attitude, and the files they name.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
+use serde_json::Value as Json;
 use toml::{Table as Plain, Value};
 
 use super::field::{Field, Section, get, inner, put};
-use super::types::{Attitude, Moment, Orbit, Target};
+use super::shaped;
+use super::types::{Attitude, Brightness, Moment, Orbit, Target};
 use super::value::{epoch, message_for, text_of};
 use crate::astro::attitude::{Profile, Towards};
 use crate::astro::orbit::oem::Ephemeris;
@@ -188,7 +191,7 @@ impl Section for Target {
         Ok(Self {
             name: get(table, "name")?,
             orbit: Orbit::read(inner(table, "orbit")?).map_err(|key| format!("orbit.{key}"))?,
-            mag_v: get(inner(table, "brightness")?, "mag_v")?,
+            brightness: Brightness::read(table)?,
             attitude: attitude.map(Attitude::read).transpose().map_err(|key| format!("attitude.{key}"))?,
         })
     }
@@ -198,12 +201,39 @@ impl Section for Target {
         self.orbit.write(&mut orbit);
         put(table, "target[]", "name", &self.name);
         table.insert("orbit".into(), orbit.into());
-        let brightness = Plain::from_iter([("mag_v".to_string(), Value::Float(self.mag_v))]);
-        table.insert("brightness".into(), brightness.into());
+        self.brightness.write(table);
         if let Some(own) = &self.attitude {
             own.write(&mut attitude);
             table.insert("attitude".into(), attitude.into());
         }
+    }
+}
+
+impl Target {
+    /// The keys of its attitude as they stand in a scene; none if nothing is said.
+    pub fn attitude_keys(&self) -> Option<Json> {
+        let mut table = Plain::new();
+        self.attitude.as_ref()?.write(&mut table);
+        Some(json(&table.into()))
+    }
+
+    /// The keys of its materials as they stand in a scene; none if it has no shape or nothing is said.
+    pub fn material_keys(&self) -> Option<Json> {
+        let mut table = Plain::new();
+        self.brightness.write(&mut table);
+        table.get("material").map(json)
+    }
+}
+
+fn json(value: &Value) -> Json {
+    match value {
+        Value::Table(table) => table.iter().map(|(key, value)| (key.clone(), json(value))).collect(),
+        Value::Array(items) => items.iter().map(json).collect(),
+        Value::Float(x) => serde_json::Number::from_f64(*x).map_or(Json::Null, Json::Number),
+        Value::Integer(n) => (*n).into(),
+        Value::Boolean(flag) => (*flag).into(),
+        Value::String(text) => text.as_str().into(),
+        Value::Datetime(time) => time.to_string().into(),
     }
 }
 
@@ -220,6 +250,11 @@ pub(super) fn path_of<'a>(targets: &'a mut [Target], key: &str) -> Option<&'a mu
 
 /// Reads the files that targets name; they were read once before, when the scene was checked.
 pub(super) fn load_files(targets: &mut [Target]) -> Result<(), String> {
+    for (index, target) in targets.iter_mut().enumerate() {
+        if let Brightness::Shape(own) = &mut target.brightness {
+            own.built = Arc::new(shaped::build(own).map_err(|why| format!("target.{index}.{why}"))?);
+        }
+    }
     let read = |path: &Path| text_of(path).map_err(|_| path.display().to_string());
     for target in targets {
         match &mut target.orbit {

@@ -4,6 +4,7 @@ use toml::{Table as Plain, Value};
 
 use super::field::{Field, Section, get, inner, integer, put};
 use super::instrument::{Detector, Psf, Station, Table, Telescope};
+use super::shaped::table_of;
 use super::target::{load_files, path_of};
 use super::types::*;
 use super::value::epoch;
@@ -204,6 +205,9 @@ pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String
         if let Some(path) = path_of(&mut scene.target, &input.key) {
             path.clone_from(&input.path);
         }
+        if let Some(table) = table_of(&mut scene.target, &input.key) {
+            *table = Table::File(input.path.clone());
+        }
     }
     load_files(&mut scene.target)?;
     scene.inputs = inputs;
@@ -249,6 +253,11 @@ pub(super) fn write(scene: &Scene, file: impl Fn(&InputFile) -> String) -> Plain
     for input in &scene.inputs {
         if let Some(path) = path_of(&mut copy.target, &input.key).filter(|path| **path == input.path) {
             *path = file(input).into();
+        }
+        if let Some(table) = table_of(&mut copy.target, &input.key)
+            && matches!(table, Table::File(path) if *path == input.path)
+        {
+            *table = Table::File(file(input).into());
         }
         let own = named_table(&mut copy, &input.key).cloned();
         let (Some((name, key)), Some(Table::File(path))) = (input.key.split_once('.'), own) else { continue };

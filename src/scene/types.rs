@@ -4,6 +4,7 @@
 //! east and north positive; pixels are 0-based with (0, 0) the centre of the first stored pixel.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::instrument::{Detector, Station, Table, Telescope};
 use crate::astro::attitude::Towards;
@@ -12,6 +13,7 @@ use crate::astro::orbit::oem::Ephemeris;
 use crate::astro::rotation::Quaternion;
 use crate::astro::time::Instant;
 use crate::base::accuracy::Accuracy;
+use crate::object::shape::Shape;
 
 /// One scene: who looks, with what, at which objects, when, and what is written.
 #[derive(Clone, Debug, PartialEq)]
@@ -158,10 +160,68 @@ pub struct Target {
     pub name: String,
     /// Where it is.
     pub orbit: Orbit,
-    /// V magnitude outside the atmosphere while lit, at any range and phase (key `brightness.mag_v`).
-    pub mag_v: f64,
+    /// How bright it is.
+    pub brightness: Brightness,
     /// How it turns, if that is said.
     pub attitude: Option<Attitude>,
+}
+
+/// How bright a target is.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Brightness {
+    /// V magnitude outside the atmosphere while lit, at any range and phase (key `brightness.mag_v`).
+    MagV(f64),
+    /// As its shape makes it.
+    Shape(Box<Shaped>),
+}
+
+/// `[[target]]` keys of a shape, and what they give.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Shaped {
+    /// A built-in shape or a file.
+    pub shape: Table,
+    /// Extent of a built-in shape, metres.
+    pub size_m: Option<[f64; 3]>,
+    /// Factor on the size.
+    pub scale: f64,
+    /// Whether the Earth lights it.
+    pub earthshine: bool,
+    /// Material of faces for which nothing else is told.
+    pub material: Option<MaterialKeys>,
+    /// Materials of groups.
+    pub groups: Vec<(String, MaterialKeys)>,
+    /// Parts that turn, by their group.
+    pub parts: Vec<(String, PartKeys)>,
+    /// The shape itself.
+    pub built: Arc<Shape>,
+}
+
+/// `[target.material]`; numbers that its BRDF does not have are none.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MaterialKeys {
+    /// A model, a preset or a file.
+    pub brdf: Table,
+    /// Diffuse share.
+    pub diffuse: Option<f64>,
+    /// Specular share.
+    pub specular: Option<f64>,
+    /// Exponent of the lobe.
+    pub exponent: Option<f64>,
+    /// Roughness.
+    pub roughness: Option<f64>,
+}
+
+/// `[target.part.GROUP]`: a part that turns.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PartKeys {
+    /// A point that stays, metres, body axes.
+    pub hinge_m: [f64; 3],
+    /// Axis, body axes; none: any.
+    pub axis: Option<[f64; 3]>,
+    /// Direction of the part that follows.
+    pub face: [f64; 3],
+    /// What it follows.
+    pub point_to: Towards,
 }
 
 /// A time of the scene: the instant, and the RFC 3339 text in UTC that a resolved scene holds.

@@ -9,6 +9,7 @@ use toml::Value as Plain;
 use toml::value::{Datetime, Offset, Time};
 
 use super::schema::{Content, Key, Kind, nearest};
+use super::shaped::beside;
 use super::tree::{Node, Value, plain};
 use super::types::InputFile;
 use crate::astro::attitude::Profile;
@@ -108,6 +109,9 @@ impl Reader {
                     if !name.contains(['.', '/', '\\']) && !path.is_file() {
                         Err(Wrong::Word(near))
                     } else if in_use {
+                        if key.path == "target[].shape" {
+                            self.beside_shape(&path, full)?;
+                        }
                         self.file(name, path, full)
                     } else {
                         Err(Wrong::NotYet(format!("{file} does not work in this version")))
@@ -138,6 +142,19 @@ impl Reader {
             Content::Oem => Ephemeris::parse(&text, &self.target).map(|_| ()).map_err(fault),
             Content::Attitude => Profile::table(&text).map(|_| ()).map_err(fault),
         }
+    }
+
+    /// Notes the files that a shape's file names beside itself; they keep their names, by which it names them.
+    fn beside_shape(&mut self, path: &Path, full: &str) -> Result<(), Wrong> {
+        for (number, other) in beside(path).map_err(Wrong::Other)?.into_iter().enumerate() {
+            let name = other.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
+            self.file(&name, other, &format!("{full}.beside.{number}"))?;
+            if self.inputs.last().is_some_and(|noted| noted.name != name) {
+                let message = format!("another file of the scene is named {name} too; rename one of them");
+                return Err(Wrong::Other(message));
+            }
+        }
+        Ok(())
     }
 
     /// Notes a file the scene names, with the hash of its content.

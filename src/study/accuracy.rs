@@ -4,12 +4,14 @@
 //! * `sky.nodes`: the sky's means on a grid of nodes, bilinear between them, against evaluation at the pixel.
 //! * `sky.moonlight`: scattered moonlight in bands of wavelength, against bands of 1 nm.
 //! * `light.airmass`: the rate of a solar star tabulated over airmass, against the integral over wavelength.
+//! * `object.*`: shadows of shapes, in `object_accuracy`.
 //! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
 //! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
 
 use super::astro_accuracy;
 use super::errors::{Errors, row};
+use super::object_accuracy;
 use super::sky::even_directions;
 use crate::base::accuracy::AccuracyRow;
 use crate::camera::path::Path;
@@ -36,7 +38,8 @@ pub fn rows(
     rows.extend(sky_rows(simulator, view, clock));
     rows.extend(moonlight_rows(simulator, view, clock));
     rows.push(airmass_row(simulator, clock));
-    rows.extend(psf_rows(simulator, view, clock));
+    rows.extend(psf_rows(simulator, view, clock)?);
+    rows.extend(object_accuracy::rows(simulator.scene, &simulator.graphics, clock));
     mark_pareto(&mut rows);
     Ok(rows)
 }
@@ -111,8 +114,12 @@ fn airmass_row(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Accur
     row
 }
 
-fn psf_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)) -> Vec<AccuracyRow> {
-    let scenery = simulator.scenery(view);
+fn psf_rows(
+    simulator: &Simulator,
+    view: &View,
+    clock: &(dyn Fn() -> f64 + Sync),
+) -> Result<Vec<AccuracyRow>, SimulateError> {
+    let scenery = simulator.scenery(view)?;
     let profile = scenery.psf.profile();
     let chosen = simulator.scene.accuracy.psf;
     let region = Region { x0: 0, y0: 0, width: 601, height: 301 };
@@ -144,7 +151,7 @@ fn psf_rows(simulator: &Simulator, view: &View, clock: &(dyn Fn() -> f64 + Sync)
             rows.push(against_reference("psf.table", &psf, &still, &region, &out, clock() - began));
         }
     }
-    rows
+    Ok(rows)
 }
 
 /// Error of the drawn image `out` at pixels along the path, in shares of the light.

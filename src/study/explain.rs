@@ -39,7 +39,7 @@ pub fn explain(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Resul
             continue;
         }
         let began = clock();
-        let scenery = simulator.timed_scenery(&view, clock);
+        let scenery = simulator.timed_scenery(&view, clock)?;
         let took = clock() - began;
         prepare_s += took;
         frames += 1;

@@ -1,0 +1,301 @@
+//! How bright a target is in an exposure: constant, or as its shape, attitude, Sun and Earth's shadow make it.
+//!
+//! A shape of normalised irradiance y at the distance d from the Sun and r from the observer has the irradiance
+//! E = E_sun (1 au / d)^2 y / r^2, and V = V_sun - 2.5 log10(E / E_sun). Over an exposure y, the distances and the share of the
+//! Sun that the Earth leaves free are integrated together.
+
+use super::PlanError;
+use super::place::{Motion, Place};
+use super::view::Sighting;
+use crate::astro;
+use crate::astro::attitude::{Profile, Surroundings};
+use crate::astro::observer::{Observer, Site};
+use crate::astro::rotation::Quaternion;
+use crate::astro::time::Instant;
+use crate::base::constants::{AU_M, EARTH_RADIUS_M, LIGHT_M_S, SUN_RADIUS_M};
+use crate::base::units::{flux_from_mag, mag_from_flux};
+use crate::object::earthshine;
+use crate::object::glint;
+use crate::object::integral::integrate;
+use crate::object::light::Lamp;
+use crate::object::shadow::card::Graphics;
+use crate::object::shape::Lighting;
+use crate::object::way::Way;
+use crate::scene::{Brightness, Shaped};
+use glam::DVec3;
+
+/// Johnson V of the Sun at 1 au, the scale of all magnitudes of targets.
+pub const SUN_V_MAG: f64 = -26.76;
+/// Irradiance of the Sun at 1 au \[W/m^2\], bolometric.
+pub const SUN_W_M2: f64 = 1361.0;
+/// Evaluations of an exposure, at most.
+const MOST: usize = 20_000;
+/// Light that stays within this share of its largest is even.
+const EVEN: f64 = 0.999;
+/// Stretches of equal time into which a streak of uneven light is parted.
+const STRETCHES: usize = 256;
+
+/// The light of a target in an exposure.
+#[derive(Debug, Clone, PartialEq)]
+pub struct TargetLight {
+    /// Mean irradiance outside the atmosphere, as a share of that of V = 0.
+    pub v_flux: f64,
+    /// Error of it \[same\].
+    pub error: f64,
+    /// Times it was evaluated.
+    pub evaluations: usize,
+    /// Light in stretches of equal time, as shares of the whole; empty if it is even.
+    pub shares: Vec<f64>,
+}
+
+impl TargetLight {
+    /// Johnson V; NaN for no light.
+    pub fn mag_v(&self) -> f64 {
+        mag_from_flux(self.v_flux)
+    }
+
+    /// Mean irradiance outside the atmosphere, bolometric \[W/m^2\].
+    pub fn irradiance_w_m2(&self) -> f64 {
+        self.v_flux * SUN_W_M2 * flux_from_mag(-SUN_V_MAG)
+    }
+
+    /// No light at all.
+    pub fn dark() -> Self {
+        Self { v_flux: 0.0, error: 0.0, evaluations: 0, shares: Vec::new() }
+    }
+}
+
+/// How the shadows of a target with a shape are found.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Means {
+    /// The way of its shadows.
+    pub way: Way,
+    /// Relative error allowed of the integral over time.
+    pub time: f64,
+}
+
+impl Means {
+    /// For a shape, to within a relative error of the whole.
+    pub fn of(shaped: &Shaped, relative: f64, graphics: &Graphics) -> Self {
+        Self { way: Way::cheapest(&shaped.built, 0.5 * relative, graphics), time: 0.5 * relative }
+    }
+}
+
+/// One target's light, again and again.
+#[derive(Debug)]
+pub struct Glow<'a> {
+    site: &'a Site,
+    motion: &'a Motion,
+    profile: Profile,
+    shaped: Option<(&'a Shaped, Means, Lamp<'a>)>,
+    mag_v: f64,
+}
+
+/// A target's surroundings at an instant.
+struct Moment {
+    lighting: Lighting,
+    /// Irradiance of V = 0 that 1 m^2/sr makes.
+    per_y: f64,
+    /// Share of the Sun that the Earth leaves free.
+    sunlit: f64,
+    /// Distance of the Earth's centre \[Earth radii\].
+    earth_radii: f64,
+}
+
+impl<'a> Glow<'a> {
+    /// Of a target of such brightness, that moves and turns as told and is seen from `site`; to within a relative error.
+    pub fn new(
+        brightness: &'a Brightness,
+        site: &'a Site,
+        (motion, profile): (&'a Motion, Option<&Profile>),
+        relative: f64,
+        graphics: &Graphics,
+    ) -> Self {
+        let (mag_v, shaped) = match brightness {
+            Brightness::MagV(mag_v) => (*mag_v, None),
+            Brightness::Shape(shaped) => {
+                let means = Means::of(shaped, relative, graphics);
+                (f64::NAN, Some((&**shaped, means, Lamp::new(&shaped.built, means.way, graphics.card.as_ref()))))
+            }
+        };
+        // body axes are those of the ICRS where nothing is said
+        let profile = profile.cloned().unwrap_or(Profile::Inertial(Quaternion::IDENTITY));
+        Self { site, motion, profile, shaped, mag_v }
+    }
+
+    /// How its shadows are found, if it has a shape.
+    pub fn means(&self) -> Option<Means> {
+        self.shaped.as_ref().map(|(_, means, _)| *means)
+    }
+
+    /// Its light in an exposure.
+    ///
+    /// # Errors
+    /// [`PlanError`] where its place or attitude is not known.
+    pub fn over(&mut self, seen: &Sighting) -> Result<TargetLight, PlanError> {
+        let Some((shaped, means, _)) = &self.shaped else {
+            let v_flux = flux_from_mag(self.mag_v) * seen.sunlit_mean;
+            return Ok(TargetLight { v_flux, ..TargetLight::dark() });
+        };
+        if seen.sunlit_mean == 0.0 && !shaped.earthshine {
+            return Ok(TargetLight::dark());
+        }
+        let time = means.time;
+        if seen.exposure_s == 0.0 {
+            let (v_flux, error) = self.at_place(&seen.mid, &seen.place, &seen.observer)?;
+            return Ok(TargetLight { v_flux, error, evaluations: 1, shares: Vec::new() });
+        }
+        let points = self.points(seen)?;
+        let mut error: f64 = 0.0;
+        let mut samples = Vec::new();
+        let integral = integrate(&points, time, MOST, &mut |at, out| {
+            for (share, out) in at.iter().zip(out) {
+                let (value, own) = self.at(&seen.start.plus(share * seen.exposure_s))?;
+                *out = value;
+                samples.push((*share, value));
+                error = error.max(own);
+            }
+            Ok::<(), PlanError>(())
+        })?;
+        Ok(TargetLight {
+            v_flux: integral.value,
+            error: error + integral.error,
+            evaluations: integral.evaluations,
+            shares: stretches(samples),
+        })
+    }
+
+    /// Irradiance as a share of that of V = 0 at an instant, and its error.
+    ///
+    /// # Errors
+    /// [`PlanError`] where its place or attitude is not known.
+    pub fn at(&mut self, t: &Instant) -> Result<(f64, f64), PlanError> {
+        let observer = Observer::at(self.site, t)?;
+        let place = self.motion.place_from(&observer, t)?;
+        self.at_place(t, &place, &observer)
+    }
+
+    /// The same of a known place.
+    ///
+    /// # Errors
+    /// [`PlanError`] where its attitude is not known.
+    pub fn at_place(&mut self, t: &Instant, place: &Place, observer: &Observer) -> Result<(f64, f64), PlanError> {
+        if self.shaped.is_none() {
+            return Ok((flux_from_mag(self.mag_v) * place.illumination(observer).sunlit, 0.0));
+        }
+        let moment = self.moment(t, place, observer)?;
+        let Some((shaped, _, lamp)) = &mut self.shaped else { return Ok((0.0, 0.0)) };
+        let (mut y, mut error) = (0.0, 0.0);
+        if moment.sunlit > 0.0 {
+            let light = lamp.light(&moment.lighting);
+            (y, error) = (light.value * moment.sunlit, light.error * moment.sunlit);
+        }
+        if shaped.earthshine {
+            let around = &moment.lighting.around;
+            for (from, share) in earthshine::patches(around.earth, moment.earth_radii, around.sun) {
+                y += share * lamp.light_from(&moment.lighting, from).value;
+            }
+        }
+        Ok((y * moment.per_y, error * moment.per_y))
+    }
+
+    /// Sun, observer and what else is around, in body axes, when the light left that arrives at `t`.
+    fn moment(&self, t: &Instant, place: &Place, observer: &Observer) -> Result<Moment, astro::Error> {
+        let light = place.illumination(observer);
+        let around = place.surroundings(&light);
+        let attitude = self.profile.at(&t.plus(-place.range_m / LIGHT_M_S), &around)?;
+        let body = |v: DVec3| attitude.to_body(v);
+        let state = place.state.map_or(DVec3::NAN, |s| s.position);
+        let sun_m = (place.sun(observer) - state).length();
+        let lighting = Lighting {
+            around: Surroundings {
+                earth: body(around.earth),
+                sun: body(around.sun),
+                velocity: body(around.velocity),
+                observer: body(around.observer),
+            },
+            sun_radius: (SUN_RADIUS_M / sun_m).min(1.0).asin(),
+        };
+        let per_y = flux_from_mag(SUN_V_MAG) * (AU_M / sun_m / place.range_m).powi(2);
+        Ok(Moment { lighting, per_y, sunlit: light.sunlit, earth_radii: state.length() / EARTH_RADIUS_M })
+    }
+
+    /// Shares of the exposure from which the integral starts: turns are followed, flashes known, and the contacts with the
+    /// Earth's shadow left to bisection.
+    fn points(&self, seen: &Sighting) -> Result<Vec<f64>, PlanError> {
+        let Some((shaped, ..)) = &self.shaped else { return Ok(vec![0.0, 1.0]) };
+        let lighting = |share: f64| -> Result<Lighting, PlanError> {
+            let t = seen.start.plus(share * seen.exposure_s);
+            let observer = Observer::at(self.site, &t)?;
+            let place = self.motion.place_from(&observer, &t)?;
+            Ok(self.moment(&t, &place, &observer)?.lighting)
+        };
+        let (first, last) = (lighting(0.0)?, lighting(1.0)?);
+        let drift = (half(&first) - half(&last)).length();
+        let turn = self.profile.fastest() * seen.exposure_s + drift;
+        let shape = &shaped.built;
+        let mut all = Vec::new();
+        for part in 0..shape.rigid_parts() {
+            let shiny = glint::shiny(shape, part, first.sun_radius);
+            let points = glint::points(&shiny, turn, &mut |share| {
+                let own = lighting(share)?;
+                Ok::<_, PlanError>(shape.in_part(part, &own.around, half(&own)))
+            })?;
+            all.extend(points);
+        }
+        all.sort_by(f64::total_cmp);
+        all.dedup();
+        Ok(all)
+    }
+}
+
+/// The direction halfway between Sun and observer.
+fn half(lighting: &Lighting) -> DVec3 {
+    (lighting.around.sun + lighting.around.observer).normalize_or_zero()
+}
+
+/// The light in stretches of equal time, as shares of the whole, if it is uneven: straight lines between `samples` of \[0, 1\].
+fn stretches(mut samples: Vec<(f64, f64)>) -> Vec<f64> {
+    let (low, high) = samples.iter().fold((f64::INFINITY, 0.0f64), |(l, h), s| (l.min(s.1), h.max(s.1)));
+    if low >= EVEN * high {
+        return Vec::new();
+    }
+    samples.sort_by(|a, b| a.0.total_cmp(&b.0));
+    let ends = samples.first().zip(samples.last()).map(|(first, last)| ((0.0, first.1), (1.0, last.1)));
+    let Some((start, end)) = ends else { return Vec::new() };
+    let line = std::iter::once(start).chain(samples).chain([end]).collect::<Vec<_>>();
+    let mut shares = vec![0.0; STRETCHES];
+    for pair in line.windows(2) {
+        let [(from, a), (to, b)] = [pair[0], pair[1]];
+        let first = ((from * STRETCHES as f64) as usize).min(STRETCHES - 1);
+        for (k, share) in shares.iter_mut().enumerate().skip(first) {
+            let (low, high) = (k as f64 / STRETCHES as f64, (k + 1) as f64 / STRETCHES as f64);
+            if low >= to {
+                break;
+            }
+            let (low, high) = (low.max(from), high.min(to));
+            let middle = (0.5 * (low + high) - from) / (to - from).max(f64::MIN_POSITIVE);
+            *share += (high - low).max(0.0) * (a + (b - a) * middle);
+        }
+    }
+    let total: f64 = shares.iter().sum();
+    shares.iter_mut().for_each(|share| *share /= total);
+    shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_streak_follows_its_samples() {
+        assert!(stretches(vec![(0.2, 1.0), (0.5, 1.0005), (0.9, 1.0)]).is_empty());
+        assert!(stretches(Vec::new()).is_empty() && stretches(vec![(0.5, 0.0)]).is_empty());
+        let shares = stretches((0..=100).map(|k| (f64::from(k) / 100.0, f64::from(k))).collect());
+        assert!((shares.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+        for (k, share) in shares.iter().enumerate() {
+            let n = STRETCHES as f64;
+            assert!((share - (2.0 * k as f64 + 1.0) / (n * n)).abs() < 1e-12, "{k}: {share}");
+        }
+    }
+}
