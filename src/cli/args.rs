@@ -91,6 +91,8 @@ pub(super) enum Command {
     Stations(With<Nothing>),
     /// Built-in scenes
     Scenes(With<Nothing>),
+    /// A shape looked at: what it consists of, its faults, pictures; repaired if asked
+    Shape(With<ShapeArgs>),
     /// Graphics processors of this machine
     Gpu(With<Nothing>),
     /// Shell completions
@@ -115,9 +117,19 @@ impl Command {
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Info(with) }) => &with.global,
             Self::Schema(with) | Self::Stations(with) | Self::Scenes(with) | Self::Gpu(with) => &with.global,
+            Self::Shape(with) => &with.global,
             Self::Completions(with) => &with.global,
         }
     }
+}
+
+#[derive(Debug, Args)]
+pub(super) struct ShapeArgs {
+    /// OBJ or STL file, or the name of a built-in shape
+    pub shape: String,
+    /// Weld vertices, drop faces without area and duplicates, turn all faces outwards; with -o the mesh is written
+    #[arg(long)]
+    pub repair: bool,
 }
 
 #[derive(Debug, Args)]

@@ -13,6 +13,7 @@ mod plan;
 mod render;
 mod run;
 mod scenes;
+mod shape;
 mod sky;
 mod talk;
 mod time;
@@ -46,6 +47,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Init(with) => scenes::init(&with.args, global, &talk),
         Command::Check(with) => scenes::check(&with.args, global, &talk),
         Command::Schema(_) => scenes::schema(),
+        Command::Shape(with) => shape::shape(&with.args, global, &talk),
         Command::Gpu(with) => gpu::gpu(&with.global),
         Command::Scenes(_) => scenes::scenes(global),
         Command::Stations(_) => scenes::stations(global),

@@ -122,14 +122,19 @@ fn note(text: &str) {
 
 /// Write a file that is not there yet, holds the same already, or may be replaced.
 pub(super) fn write_new(path: &Path, text: &str, global: &Global) -> Result<(), Failure> {
+    write_bytes(path, text.as_bytes(), global)
+}
+
+/// The same of bytes.
+pub(super) fn write_bytes(path: &Path, new: &[u8], global: &Global) -> Result<(), Failure> {
     let there = std::fs::read(path).ok();
-    if there.is_some_and(|bytes| bytes != text.as_bytes()) && !global.force {
+    if there.is_some_and(|bytes| bytes != new) && !global.force {
         return Err(Failure::Input(format!("{} exists and differs; --force replaces it", path.display())));
     }
     if let Some(dir) = path.parent() {
         atomic::create_dir(dir)?;
     }
-    Ok(atomic::write(path, text.as_bytes())?)
+    Ok(atomic::write(path, new)?)
 }
 
 /// Load a scene with the command line's replacements.

@@ -62,12 +62,26 @@ impl Preview {
             ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
         };
         let bytes = binned.iter().map(shade).collect::<Vec<_>>();
-        let mut out = Vec::new();
-        PngEncoder::new(&mut out)
-            .write_image(&bytes, columns as u32, rows as u32, ExtendedColorType::L8)
-            .map_err(io::Error::other)?;
-        Ok(out)
+        encoded(columns, rows, &bytes, ExtendedColorType::L8)
     }
+}
+
+fn encoded(width: usize, height: usize, bytes: &[u8], colour: ExtendedColorType) -> io::Result<Vec<u8>> {
+    let mut out = Vec::new();
+    let encoder = PngEncoder::new(&mut out);
+    encoder.write_image(bytes, width as u32, height as u32, colour).map_err(io::Error::other)?;
+    Ok(out)
+}
+
+/// The bytes of a PNG file of red, green and blue, by rows from the top.
+///
+/// # Errors
+/// Whatever the encoder says; also for a number of bytes that does not fit.
+pub fn rgb_png(width: usize, height: usize, rgb: &[u8]) -> io::Result<Vec<u8>> {
+    if rgb.len() != 3 * width * height {
+        return Err(io::Error::other(format!("{} bytes for {width} x {height} pixels", rgb.len())));
+    }
+    encoded(width, height, rgb, ExtendedColorType::Rgb8)
 }
 
 /// Black and white of the stretch.

@@ -15,6 +15,7 @@ pub mod glint;
 pub mod integral;
 pub mod light;
 pub mod matter;
+pub mod picture;
 pub mod shadow;
 pub mod shape;
 pub mod surface;

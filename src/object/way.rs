@@ -30,10 +30,10 @@ pub enum Way {
     },
 }
 
-/// Time of the exact way \[s\] per face.
-const EXACT_S: f64 = 1.2e-6;
+/// Time of the exact way \[s\] per face, of bodies with many layers.
+const EXACT_S: f64 = 5e-6;
 /// Time of a point with its two rays \[s\] for each doubling of the faces, and of a face before the first.
-const RAY_S: f64 = 6e-8;
+const RAY_S: f64 = 4e-8;
 const RAY_FACE_S: f64 = 2e-8;
 /// Times of a map on a graphics card \[s\] per face, per pixel and per epoch.
 const DEVICE_FACE_S: f64 = 2e-9;
@@ -44,20 +44,20 @@ const MOST_PIXELS: f64 = 4096.0;
 
 /// Standard error of shadow maps of that many pixels a side, as a share of the light.
 pub fn map_error(side: u32) -> f64 {
-    MAP_ERROR * f64::from(side.max(1)).powf(-1.5)
+    MAP_ERROR / f64::from(side.max(1))
 }
 
 /// Of maps of one pixel.
-const MAP_ERROR: f64 = 3.0;
+const MAP_ERROR: f64 = 6.0;
 
 /// Pixels a side that bring the error of shadow maps to that share of the light.
 fn side_for(tolerance: f64) -> f64 {
-    (MAP_ERROR / tolerance).powf(1.0 / 1.5)
+    MAP_ERROR / tolerance
 }
 
 /// Points that bring the standard error of rays to that share of the light.
 fn points_for(tolerance: f64) -> f64 {
-    1e3 * (2.5e-3 / tolerance).powf(1.0 / 0.8)
+    1e3 * (1.4e-2 / tolerance).powf(1.0 / 0.72)
 }
 
 impl Way {

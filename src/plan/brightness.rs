@@ -13,6 +13,7 @@ use crate::astro::observer::{Observer, Site};
 use crate::astro::rotation::Quaternion;
 use crate::astro::time::Instant;
 use crate::base::constants::{AU_M, EARTH_RADIUS_M, LIGHT_M_S, SUN_RADIUS_M};
+use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::units::{flux_from_mag, mag_from_flux};
 use crate::object::earthshine;
 use crate::object::glint;
@@ -46,9 +47,23 @@ pub struct TargetLight {
     pub evaluations: usize,
     /// Light in stretches of equal time, as shares of the whole; empty if it is even.
     pub shares: Vec<f64>,
+    /// How its shadows were found, if it has a shape, with the reason where no graphics processor was.
+    pub means: Option<(Means, String)>,
 }
 
 impl TargetLight {
+    /// The ledger's row of the shadows of a shape.
+    pub fn row(&self) -> Option<Row> {
+        let (means, why) = self.means.as_ref()?;
+        let verdict = match means.way {
+            Way::Convex => Verdict::Absent(Why::NotVisible("the shape is convex: nothing hides any of it".into())),
+            _ if self.v_flux == 0.0 => Verdict::Absent(Why::NotVisible("the shape has no light".into())),
+            _ => Verdict::Needed { bound: means.time },
+        };
+        let note = if why.is_empty() { String::new() } else { format!("; no graphics processor: {why}") };
+        Some(Row::new("target.shadows", &verdict, &format!("{}{note}", means.way.describe())))
+    }
+
     /// Johnson V; NaN for no light.
     pub fn mag_v(&self) -> f64 {
         mag_from_flux(self.v_flux)
@@ -61,7 +76,7 @@ impl TargetLight {
 
     /// No light at all.
     pub fn dark() -> Self {
-        Self { v_flux: 0.0, error: 0.0, evaluations: 0, shares: Vec::new() }
+        Self { v_flux: 0.0, error: 0.0, evaluations: 0, shares: Vec::new(), means: None }
     }
 }
 
@@ -89,6 +104,8 @@ pub struct Glow<'a> {
     profile: Profile,
     shaped: Option<(&'a Shaped, Means, Lamp<'a>)>,
     mag_v: f64,
+    /// Why there is no graphics processor, if one was looked for.
+    why: String,
 }
 
 /// A target's surroundings at an instant.
@@ -120,7 +137,7 @@ impl<'a> Glow<'a> {
         };
         // body axes are those of the ICRS where nothing is said
         let profile = profile.cloned().unwrap_or(Profile::Inertial(Quaternion::IDENTITY));
-        Self { site, motion, profile, shaped, mag_v }
+        Self { site, motion, profile, shaped, mag_v, why: graphics.why.clone() }
     }
 
     /// How its shadows are found, if it has a shape.
@@ -137,13 +154,13 @@ impl<'a> Glow<'a> {
             let v_flux = flux_from_mag(self.mag_v) * seen.sunlit_mean;
             return Ok(TargetLight { v_flux, ..TargetLight::dark() });
         };
+        let (time, told) = (means.time, Some((*means, self.why.clone())));
         if seen.sunlit_mean == 0.0 && !shaped.earthshine {
-            return Ok(TargetLight::dark());
+            return Ok(TargetLight { means: told, ..TargetLight::dark() });
         }
-        let time = means.time;
         if seen.exposure_s == 0.0 {
             let (v_flux, error) = self.at_place(&seen.mid, &seen.place, &seen.observer)?;
-            return Ok(TargetLight { v_flux, error, evaluations: 1, shares: Vec::new() });
+            return Ok(TargetLight { v_flux, error, evaluations: 1, shares: Vec::new(), means: told });
         }
         let points = self.points(seen)?;
         let mut error: f64 = 0.0;
@@ -162,6 +179,7 @@ impl<'a> Glow<'a> {
             error: error + integral.error,
             evaluations: integral.evaluations,
             shares: stretches(samples),
+            means: told,
         })
     }
 

@@ -179,6 +179,10 @@ impl Look<'_> {
     fn shape(&self, i: usize, target: &Value, found: &mut Vec<Fault>) {
         let given = |key: &str| target.get(key).is_some();
         if !given("shape") {
+            // with neither, the shape was wrong and is told already
+            if !given("brightness") {
+                return;
+            }
             for key in ["shape_size_m", "material", "part"].into_iter().filter(|key| given(key)) {
                 found.push(self.fault(&format!("target.{i}.{key}"), "only of a target with a shape"));
             }

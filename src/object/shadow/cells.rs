@@ -109,8 +109,8 @@ impl Cells {
         starts[0] = 0;
     }
 
-    /// Hand over each face that may hide part of `face`, once.
-    pub fn candidates(&self, face: usize, mut hand: impl FnMut(usize)) {
+    /// Hand over each face that may hide part of `face`, once, as long as `hand` asks for more; tells whether it did to the end.
+    pub fn candidates(&self, face: usize, mut hand: impl FnMut(usize) -> bool) -> bool {
         let own = &self.shadows[face];
         let [x0, x1, y0, y1] = own.span.map(usize::from);
         for y in y0..=y1 {
@@ -127,11 +127,13 @@ impl Cells {
                         continue;
                     }
                     // boxes that share several cells meet first in this one
-                    if x0.max(other.span[0].into()) == x && y0.max(other.span[2].into()) == y {
-                        hand(*name as usize);
+                    let first = x0.max(other.span[0].into()) == x && y0.max(other.span[2].into()) == y;
+                    if first && !hand(*name as usize) {
+                        return false;
                     }
                 }
             }
         }
+        true
     }
 }

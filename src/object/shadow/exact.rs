@@ -66,20 +66,24 @@ impl Exact {
                 }
                 coplanar = rest;
                 if *other as usize == face {
-                    self.cover.push(plane.polygon(&body.corners(*owner as usize)));
+                    self.cover.push(Cover::new(&plane.flat(&body.corners(*owner as usize))));
                 }
             }
-            for (cells, to) in self.towards.iter().zip(directions) {
+            let cell = Polygon::new(&plane.flat(&body.corners(face)));
+            let bounds = cell.bounds();
+            let open = self.towards.iter().zip(directions).all(|(cells, to)| {
                 let view = plane.along(to);
                 cells.candidates(face, |other| {
-                    self.cover.extend(view.hidden(&body.corners(other)));
-                });
-            }
-            let share = if self.cover.is_empty() {
-                1.0
-            } else {
-                let cell: Polygon = plane.polygon(&body.corners(face));
-                uncovered(&cell, &self.cover, &mut self.work) / cell.area()
+                    let Some(hidden) = view.hidden(&body.corners(other)) else { return true };
+                    self.cover.push(hidden);
+                    // what hides all of the face makes all others idle
+                    !hidden.contains(&cell, bounds)
+                })
+            });
+            let share = match (open, self.cover.is_empty()) {
+                (false, _) => 0.0,
+                (true, true) => 1.0,
+                (true, false) => uncovered(&cell, &self.cover, &mut self.work) / cell.area(),
             };
             // round-off between polygons that meet lets no light through
             if share > CHINK {
@@ -105,12 +109,12 @@ impl Plane {
         Self { normal, origin: body.corners(face)[0], axes, size: body.size }
     }
 
-    fn polygon<const N: usize>(&self, corners: &[DVec3; 3]) -> Polygon<N> {
-        let flat = |v: &DVec3| {
-            let from = (*v - self.origin) / self.size;
+    /// Coordinates of points of the plane.
+    fn flat(&self, corners: &[DVec3; 3]) -> [DVec2; 3] {
+        corners.map(|v| {
+            let from = (v - self.origin) / self.size;
             DVec2::new(self.axes.0.dot(from), self.axes.1.dot(from))
-        };
-        Polygon::new(&[flat(&corners[0]), flat(&corners[1]), flat(&corners[2])])
+        })
     }
 
     /// The projection along `to`.

@@ -19,8 +19,34 @@ pub struct Polygon<const N: usize = MOST> {
     corners: [DVec2; N],
 }
 
-/// What hides: a triangle, or the part of it above a plane.
-pub type Cover = Polygon<4>;
+/// What hides: a triangle, or the part of it above a plane, with the box about it.
+#[derive(Debug, Clone, Copy)]
+pub struct Cover {
+    polygon: Polygon<4>,
+    low: DVec2,
+    high: DVec2,
+}
+
+impl Cover {
+    /// Of at most 4 corners, in either sense.
+    pub fn new(corners: &[DVec2]) -> Self {
+        let polygon = Polygon::new(corners);
+        let (low, high) = polygon.bounds();
+        Self { polygon, low, high }
+    }
+
+    /// Whether all of a cell, with the box `low` to `high` about it, is within.
+    pub fn contains(&self, cell: &Polygon, (low, high): (DVec2, DVec2)) -> bool {
+        let around = self.low.cmple(low).all() && self.high.cmpge(high).all();
+        around && self.polygon.contains(cell)
+    }
+
+    /// Whether none of such a cell is within.
+    fn is_apart(&self, cell: &Polygon, (low, high): (DVec2, DVec2)) -> bool {
+        let beside = self.high.cmple(low).any() || self.low.cmpge(high).any();
+        beside || self.polygon.is_apart(cell)
+    }
+}
 
 /// Square of the length, as a share of that of the largest coordinate, below which an edge has no direction.
 const SHORT: f64 = 1e-24;
@@ -128,7 +154,7 @@ impl Polygon {
 }
 
 /// More polygons than this over one cell are shared out between its halves.
-const CROWD: usize = 12;
+const CROWD: usize = 100;
 /// Halvings of a cell, at most.
 const DEEPEST: usize = 24;
 /// Parts of a cell below this share of it are dropped.
@@ -153,13 +179,14 @@ pub fn uncovered(cell: &Polygon, cover: &[Cover], work: &mut Workspace) -> f64 {
 /// The same for the polygons that `work.lists` names from `first` on; these names are taken off the list.
 fn within(cell: &Polygon, cover: &[Cover], first: usize, speck: f64, deeper: usize, work: &mut Workspace) -> f64 {
     let mut kept = first;
+    let bounds = cell.bounds();
     for at in first..work.lists.len() {
         let name = work.lists[at];
-        let polygon = &cover[name as usize];
-        if polygon.is_apart(cell) {
+        let own = &cover[name as usize];
+        if own.is_apart(cell, bounds) {
             continue;
         }
-        if polygon.contains(cell) {
+        if own.contains(cell, bounds) {
             work.lists.truncate(first);
             return 0.0;
         }
@@ -176,7 +203,7 @@ fn within(cell: &Polygon, cover: &[Cover], first: usize, speck: f64, deeper: usi
         work.lists.truncate(first);
         return area;
     }
-    let (low, high) = cell.bounds();
+    let (low, high) = bounds;
     let (middle, size) = (0.5 * (low + high), high - low);
     let along = if size.x > size.y { DVec2::Y } else { DVec2::X };
     let (left, right) = cell.cut(middle, middle + along);
@@ -196,7 +223,7 @@ fn subtract(cell: &Polygon, cover: &[Cover], first: usize, speck: f64, work: &mu
     pieces.clear();
     pieces.push(*cell);
     for name in &lists[first..] {
-        let polygon = &cover[*name as usize];
+        let polygon = &cover[*name as usize].polygon;
         next.clear();
         for piece in pieces.iter() {
             if polygon.is_apart(piece) {
