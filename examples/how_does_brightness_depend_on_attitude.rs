@@ -56,7 +56,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             surface.faces.len()
         );
         std::fs::write(format!("out/attitudes_{:.0}.obj", 100.0 * share), obj::write(&surface, None))?;
-        let own = Shape::new(&surface, &Choice { default: Some(Material::lambert(0.9)), ..Choice::default() })?;
+        let own = Shape::new(&surface, &Choice { default: Some(Material::lambert(0.5)), ..Choice::default() })?;
         let observer = DVec3::new(1.0, 0.7, 0.5).normalize();
         let around = Surroundings {
             earth: DVec3::NAN,
@@ -106,7 +106,7 @@ fn surface(values: &[f64], level: f64, corner: impl Fn(usize) -> DVec3) -> Mesh 
             // the fainter side is outside
             let point = |k: u32| vertices[k as usize];
             let normal = (point(polygon[1]) - point(polygon[0])).cross(point(polygon[2]) - point(polygon[0]));
-            if normal.dot(corner(*below[0]) - corner(*above[0])) < 0.0 {
+            if normal.dot(corner(below[0]) - corner(above[0])) < 0.0 {
                 polygon.reverse();
             }
             faces.extend((1..polygon.len() - 1).map(|k| [polygon[0], polygon[k], polygon[k + 1]]));

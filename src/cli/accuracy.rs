@@ -2,12 +2,13 @@
 
 use super::args::{Global, SceneArgs};
 use super::gpu::graphics;
-use super::talk::{Failure, Talk, clock, load, print, print_json, write_new};
+use super::talk::{Failure, Talk, clock, give, load, print, print_json, write_new};
 use crate::base::accuracy::AccuracyRow;
 use crate::base::table::{Table, Values};
 use crate::io::ecsv::to_ecsv;
 use crate::simulate::{SimulateError, Simulator};
 use crate::study::accuracy::rows;
+use crate::study::shadow_chart;
 use serde_json::json;
 
 pub(super) fn accuracy(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
@@ -22,6 +23,9 @@ pub(super) fn accuracy(args: &SceneArgs, global: &Global, talk: &Talk) -> Result
         let path = dir.join("accuracy.ecsv");
         write_new(&path, &to_ecsv(&table), global)?;
         talk.say(&format!("wrote {}", path.display()));
+        if let Some(chart) = shadow_chart::svg(&rows) {
+            give(dir, "accuracy.svg", &chart, global, talk)?;
+        }
     }
     match (global.json, &global.output) {
         (true, _) => print_json(&json!({ "command": "accuracy", "rows": table.to_json_rows() })),

@@ -1,7 +1,5 @@
 """Light of shapes against renderers that share nothing with ours: boxes by rays to slabs, a sphere by its formula."""
 
-import io
-
 import numpy as np
 import pytest
 from astropy.coordinates import get_sun
@@ -47,7 +45,7 @@ def curve(nightglass, tmp_path_factory):
     def call(shape, more="", count=40, cadence=1100.0):
         scene = tmp_path_factory.mktemp("object") / "scene.toml"
         scene.write_text(SCENE.format(shape=shape, more=more, count=count, cadence=cadence))
-        return table_reader.read(io.StringIO(nightglass("lightcurve", scene)), format="ecsv")
+        return table_reader.read(nightglass("lightcurve", scene), format="ecsv")
 
     return call
 
@@ -147,7 +145,7 @@ def test_an_eclipsed_shape_is_exactly_dark(nightglass, tmp_path):
     text = text[:start] + kepler + text[end:]
     scene = tmp_path / "scene.toml"
     scene.write_text(text.replace("2018-01-20T03", "2018-03-20T00"))
-    rows = table_reader.read(io.StringIO(nightglass("lightcurve", scene)), format="ecsv")
+    rows = table_reader.read(nightglass("lightcurve", scene), format="ecsv")
     dark = np.asarray(rows["radiant_intensity_w_sr"]) == 0.0
     assert 66 <= dark.sum() <= 71
     assert np.isnan(rows["mag_v"][dark]).all() and (rows["flux_e"][dark] == 0).all()

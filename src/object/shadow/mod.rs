@@ -18,8 +18,14 @@ pub mod rays;
 pub mod triangle;
 
 #[cfg(test)]
+mod bvh_tests;
+#[cfg(test)]
 mod fixtures;
 #[cfg(all(test, feature = "gpu"))]
 mod gpu_tests;
 #[cfg(test)]
 mod raster_tests;
+#[cfg(test)]
+mod ray_shapes;
+#[cfg(test)]
+mod rays_tests;
