@@ -184,3 +184,33 @@ fn shapes_that_cannot_be_are_refused() {
         assert!(message.contains(told), "{to}: {message}");
     }
 }
+
+/// A graphics processor finds the light that the processor finds, many epochs at once, within `accuracy.brightness`; where there is
+/// none the reason is told, and where one is required that is a failure.
+#[test]
+fn the_graphics_processor_agrees_with_the_processor() {
+    use nightglass::object::shadow::card::Card;
+    let text =
+        std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/examples/box-wing.toml")).expect("read");
+    let text = &text[..text.find("[target.part.panel]").expect("parts")];
+    let sets = [("exposures.duration_s", "0.0"), ("accuracy.brightness", "0.05")];
+    let own = scene(text, &sets);
+    let card = match Card::open(false) {
+        Ok(card) => card,
+        Err(why) => {
+            assert!(!why.is_empty() && std::env::var("NIGHTGLASS_REQUIRE_GPU").is_err(), "{why}");
+            return;
+        }
+    };
+    let graphics = Graphics { card: Some(card), required: true, why: String::new() };
+    let planner = Planner::new(&own).expect("a planner");
+    let seen = (0..12).map(|frame| planner.sighting(frame, 0).expect("a place")).collect::<Vec<_>>();
+    let mut drawn = planner.glow(0, &graphics).expect("a target");
+    assert!(drawn.means().is_some_and(|means| means.way.describe().contains("graphics processor")));
+    let drawn = drawn.over_all(&seen).expect("light");
+    let exact = glow(&planner).over_all(&seen).expect("light");
+    let largest = exact.iter().map(|l| l.v_flux).fold(0.0, f64::max);
+    for (a, b) in drawn.iter().zip(&exact) {
+        assert!((a.v_flux - b.v_flux).abs() < 0.05 * largest, "{} {}", a.v_flux, b.v_flux);
+    }
+}

@@ -21,7 +21,19 @@ pub(super) fn lightcurve(args: &SceneArgs, global: &Global, talk: &Talk) -> Resu
     let graphics = graphics(&scene, global, talk)?;
     let curves = curves(&scene, &planner, &graphics, &|| bar.inc(1))?;
     bar.finish_and_clear();
-    curves.iter().for_each(|curve| talk.say(&summary(curve)));
+    for curve in &curves {
+        talk.say(&summary(curve));
+        let inexact = curve.epochs.iter().filter_map(|e| e.light.inexact()).collect::<Vec<_>>();
+        if !inexact.is_empty() {
+            talk.say(&format!(
+                "warning: {}: {} epochs err by more than accuracy.brightness, the worst by an estimated {:.1e} of its light; shorter \
+                 exposures are integrated better (flux_err_e tells)",
+                curve.target,
+                inexact.len(),
+                inexact.iter().copied().fold(0.0, f64::max)
+            ));
+        }
+    }
     let table = to_table(&scene, &curves)?;
     if let Some(dir) = &global.output {
         give(dir, "lightcurve.ecsv", &to_ecsv(&table), global, talk)?;

@@ -18,7 +18,7 @@ use crate::base::units::{flux_from_mag, mag_from_flux};
 use crate::object::earthshine;
 use crate::object::glint;
 use crate::object::integral::integrate;
-use crate::object::light::Lamp;
+use crate::object::light::{Lamp, Light};
 use crate::object::shadow::card::Graphics;
 use crate::object::shape::Lighting;
 use crate::object::way::Way;
@@ -61,7 +61,16 @@ impl TargetLight {
             _ => Verdict::Needed { bound: means.time },
         };
         let note = if why.is_empty() { String::new() } else { format!("; no graphics processor: {why}") };
-        Some(Row::new("target.shadows", &verdict, &format!("{}{note}", means.way.describe())))
+        let told = self.inexact().map_or_else(String::new, |share| {
+            format!("; WARNING: its error of {share:.1e} of the light is more than accuracy.brightness allows")
+        });
+        Some(Row::new("target.shadows", &verdict, &format!("{}{note}{told}", means.way.describe())))
+    }
+
+    /// The estimated error as a share of the light, where it is more than `accuracy.brightness` allows.
+    pub fn inexact(&self) -> Option<f64> {
+        let allowed = 2.0 * self.means.as_ref()?.0.time;
+        (self.error > allowed * self.v_flux).then(|| self.error / self.v_flux)
     }
 
     /// Johnson V; NaN for no light.
@@ -166,8 +175,9 @@ impl<'a> Glow<'a> {
         let mut error: f64 = 0.0;
         let mut samples = Vec::new();
         let integral = integrate(&points, time, MOST, &mut |at, out| {
-            for (share, out) in at.iter().zip(out) {
-                let (value, own) = self.at(&seen.start.plus(share * seen.exposure_s))?;
+            let places = at.iter().map(|share| self.place(&seen.start.plus(share * seen.exposure_s)));
+            let places = places.collect::<Result<Vec<_>, _>>()?;
+            for ((share, out), (value, own)) in at.iter().zip(out).zip(self.at_places(&places)?) {
                 *out = value;
                 samples.push((*share, value));
                 error = error.max(own);
@@ -188,9 +198,35 @@ impl<'a> Glow<'a> {
     /// # Errors
     /// [`PlanError`] where its place or attitude is not known.
     pub fn at(&mut self, t: &Instant) -> Result<(f64, f64), PlanError> {
+        let (t, place, observer) = self.place(t)?;
+        self.at_place(&t, &place, &observer)
+    }
+
+    /// Its place at an instant, and the observer's.
+    fn place(&self, t: &Instant) -> Result<(Instant, Place, Observer), PlanError> {
         let observer = Observer::at(self.site, t)?;
-        let place = self.motion.place_from(&observer, t)?;
-        self.at_place(t, &place, &observer)
+        Ok((*t, self.motion.place_from(&observer, t)?, observer))
+    }
+
+    /// Its light in many exposures.
+    ///
+    /// # Errors
+    /// [`PlanError`] where its place or attitude is not known.
+    pub fn over_all(&mut self, all: &[Sighting]) -> Result<Vec<TargetLight>, PlanError> {
+        let (Some((_, means, _)), true) = (&self.shaped, all.iter().all(|seen| seen.exposure_s == 0.0)) else {
+            return all.iter().map(|seen| self.over(seen)).collect();
+        };
+        let told = Some((*means, self.why.clone()));
+        let places = all.iter().map(|seen| (seen.mid, seen.place, seen.observer)).collect::<Vec<_>>();
+        let lights = self.at_places(&places)?.into_iter();
+        let light = |(v_flux, error)| TargetLight {
+            v_flux,
+            error,
+            evaluations: 1,
+            shares: Vec::new(),
+            means: told.clone(),
+        };
+        Ok(lights.map(light).collect())
     }
 
     /// The same of a known place.
@@ -198,23 +234,35 @@ impl<'a> Glow<'a> {
     /// # Errors
     /// [`PlanError`] where its attitude is not known.
     pub fn at_place(&mut self, t: &Instant, place: &Place, observer: &Observer) -> Result<(f64, f64), PlanError> {
+        Ok(self.at_places(&[(*t, *place, *observer)])?.first().copied().unwrap_or((0.0, 0.0)))
+    }
+
+    /// The same of many: a graphics processor draws them together.
+    fn at_places(&mut self, all: &[(Instant, Place, Observer)]) -> Result<Vec<(f64, f64)>, PlanError> {
         if self.shaped.is_none() {
-            return Ok((flux_from_mag(self.mag_v) * place.illumination(observer).sunlit, 0.0));
+            let constant = flux_from_mag(self.mag_v);
+            return Ok(all
+                .iter()
+                .map(|(_, p, observer)| (constant * p.illumination(observer).sunlit, 0.0))
+                .collect());
         }
-        let moment = self.moment(t, place, observer)?;
-        let Some((shaped, _, lamp)) = &mut self.shaped else { return Ok((0.0, 0.0)) };
-        let (mut y, mut error) = (0.0, 0.0);
-        if moment.sunlit > 0.0 {
-            let light = lamp.light(&moment.lighting);
-            (y, error) = (light.value * moment.sunlit, light.error * moment.sunlit);
-        }
-        if shaped.earthshine {
-            let around = &moment.lighting.around;
-            for (from, share) in earthshine::patches(around.earth, moment.earth_radii, around.sun) {
-                y += share * lamp.light_from(&moment.lighting, from).value;
+        let moments = all.iter().map(|(t, place, observer)| self.moment(t, place, observer));
+        let moments = moments.collect::<Result<Vec<_>, _>>()?;
+        let Some((shaped, _, lamp)) = &mut self.shaped else { return Ok(Vec::new()) };
+        let lit = moments.iter().filter(|m| m.sunlit > 0.0).map(|m| m.lighting).collect::<Vec<_>>();
+        let mut lights = lamp.lights(&lit).into_iter();
+        let one = |m: &Moment| {
+            let light = if m.sunlit > 0.0 { lights.next().unwrap_or_default() } else { Light::default() };
+            let (mut y, error) = (light.value * m.sunlit, light.error * m.sunlit);
+            if shaped.earthshine {
+                let around = &m.lighting.around;
+                for (from, share) in earthshine::patches(around.earth, m.earth_radii, around.sun) {
+                    y += share * lamp.light_from(&m.lighting, from).value;
+                }
             }
-        }
-        Ok((y * moment.per_y, error * moment.per_y))
+            (y * m.per_y, error * m.per_y)
+        };
+        Ok(moments.iter().map(one).collect())
     }
 
     /// Sun, observer and what else is around, in body axes, when the light left that arrives at `t`.
@@ -243,9 +291,7 @@ impl<'a> Glow<'a> {
     fn points(&self, seen: &Sighting) -> Result<Vec<f64>, PlanError> {
         let Some((shaped, ..)) = &self.shaped else { return Ok(vec![0.0, 1.0]) };
         let lighting = |share: f64| -> Result<Lighting, PlanError> {
-            let t = seen.start.plus(share * seen.exposure_s);
-            let observer = Observer::at(self.site, &t)?;
-            let place = self.motion.place_from(&observer, &t)?;
+            let (t, place, observer) = self.place(&seen.start.plus(share * seen.exposure_s))?;
             Ok(self.moment(&t, &place, &observer)?.lighting)
         };
         let (first, last) = (lighting(0.0)?, lighting(1.0)?);

@@ -38,6 +38,10 @@ pub struct Curve {
     pub epochs: Vec<Epoch>,
 }
 
+/// Epochs that a thread takes at a time, and that are drawn together by a graphics processor.
+const BATCH: usize = 8;
+const CARD_BATCH: usize = 256;
+
 /// The light curves of a scene's targets over all its exposures: horizon and daylight are ignored. `done` is called after each epoch.
 ///
 /// # Errors
@@ -49,20 +53,25 @@ pub fn curves(
     done: &(dyn Fn() + Sync),
 ) -> Result<Vec<Curve>, RunError> {
     let curve = |(target, own): (usize, &crate::scene::Target)| {
-        let epoch = |glow: &mut Option<Glow>, frame: usize| {
-            let seen = planner.sighting(frame, target)?;
-            let light = match glow {
-                Some(glow) => glow.over(&seen)?,
-                None => TargetLight::dark(),
+        let some = |glow: &mut Option<Glow>, frames: Vec<usize>| {
+            let seen =
+                frames.iter().map(|frame| planner.sighting(*frame, target)).collect::<Result<Vec<_>, _>>()?;
+            let lights = match glow {
+                Some(glow) => glow.over_all(&seen)?,
+                None => vec![TargetLight::dark(); seen.len()],
             };
-            done();
-            Ok(Epoch { frame, seen, light })
+            frames.iter().for_each(|_| done());
+            let epochs = frames.into_iter().zip(seen).zip(lights);
+            Ok(epochs.map(|((frame, seen), light)| Epoch { frame, seen, light }).collect::<Vec<_>>())
         };
+        let batch = if graphics.card.is_some() { CARD_BATCH } else { BATCH };
         let epochs = (0..scene.exposures.count)
             .into_par_iter()
-            .map_init(|| planner.glow(target, graphics), epoch)
+            .chunks(batch)
+            .map_init(|| planner.glow(target, graphics), some)
             .collect::<Result<Vec<_>, crate::plan::PlanError>>()
             .map_err(SimulateError::from)?;
+        let epochs = epochs.into_iter().flatten().collect();
         let means = planner.glow(target, graphics).and_then(|glow| glow.means());
         let way = means.map_or_else(|| "constant V magnitude".into(), |means| means.way.describe());
         Ok(Curve { target: own.name.clone(), way, epochs })
