@@ -92,6 +92,44 @@ fn a_glint_shorter_than_the_exposure_is_neither_missed_nor_doubled() {
     assert!((whole / fine - 1.0).abs() < 2e-4 && (parts / fine - 1.0).abs() < 2e-4, "{whole} {parts} {fine}");
 }
 
+/// A mirror that turns from 20 to 60,000 times in an exposure has the mean light of its turns, each looked at by itself: within 2e-4.
+#[test]
+fn glints_of_many_turns_are_all_counted() {
+    for (period, duration) in [(1.0, 20.0), (1.0, 60.0), (1.0, 300.3), (0.01, 60.0), (0.001, 60.0)] {
+        let mut own = flashing();
+        let nightglass::scene::Brightness::Shape(_) = own.target[0].brightness else { panic!("a shape") };
+        if let Some(nightglass::scene::Attitude::Spin { period_s, .. }) = &mut own.target[0].attitude {
+            *period_s = period;
+        }
+        (own.exposures.duration_s, own.exposures.cadence_s, own.exposures.count) = (duration, duration, 1);
+        let planner = Planner::new(&own).expect("a planner");
+        let light = glow(&planner).over(&planner.sighting(0, 0).expect("a place")).expect("light");
+        let turns = 40;
+        (own.exposures.duration_s, own.exposures.count) = (period, turns);
+        own.exposures.cadence_s = ((duration - period) / (turns as f64 - 1.0) / period).floor().max(1.0) * period;
+        let planner = Planner::new(&own).expect("a planner");
+        let mut glow = glow(&planner);
+        let one = |frame| glow.over(&planner.sighting(frame, 0).expect("a place")).expect("light").v_flux;
+        let mean = (0..turns).map(one).sum::<f64>() / turns as f64;
+        let share = light.v_flux / mean - 1.0;
+        // 300.3 s hold 0.3 of a turn more, in which there is no flash
+        let rest = if duration == 300.3 { 0.3 / 300.3 } else { 0.0 };
+        assert!((share + rest).abs() < 2e-4 + 0.1 * rest, "{period} s, {duration} s: {share:e}");
+        assert!(light.inexact().is_none(), "{period} s, {duration} s: {:e}", light.error / light.v_flux);
+    }
+}
+
+/// Of a tumble too fast to be followed nothing is claimed.
+#[test]
+fn what_turns_too_fast_has_no_error_bar() {
+    let start = MIRROR.find("[target.attitude]").expect("attitude");
+    let tumble = "[target.attitude]\nmode = \"tumble\"\ninertia_kg_m2 = [1.0, 2.0, 2.5]\nrate_deg_s = [90000.0, 50000.0, 300.0]\n";
+    let own = scene(&format!("{}{tumble}", &MIRROR[..start]), &[("exposures.count", "1")]);
+    let planner = Planner::new(&own).expect("a planner");
+    let light = glow(&planner).over(&planner.sighting(0, 0).expect("a place")).expect("light");
+    assert!(light.error.is_infinite() && light.inexact().is_some());
+}
+
 /// The light of a mirror is that of its patch of the Sun: never brighter than its area times the Sun's radiance.
 #[test]
 fn a_glint_is_no_brighter_than_the_suns_disc() {
@@ -117,11 +155,12 @@ fn the_frame_has_the_light_of_the_curve_along_its_streak() {
         ("exposures.track", "rates"),
         ("exposures.rate_arcsec_s", "[12.0, 5.0]"),
         ("station.scintillation", "false"),
+        ("target.0.attitude.axis", "[1.0, 0.1, 0.0]"),
     ];
     let spin = MIRROR
         .replace("brdf = \"mirror\"\n", "")
         .replace("specular = 0.9\n", "")
-        .replace("period_s = 61.7", "period_s = 9.0");
+        .replace("period_s = 61.7", "period_s = 14.0");
     let own = scene(&spin, &small);
     let simulator = nightglass::simulate::Simulator::new(&own).expect("a simulator");
     let view = simulator.planner.view(0).expect("geometry");
@@ -142,9 +181,11 @@ fn the_frame_has_the_light_of_the_curve_along_its_streak() {
         let share = (at - start).dot(along) / along.length_squared();
         quarters[(4.0 * share).clamp(0.0, 3.0) as usize] += value;
     }
-    for (k, quarter) in quarters.iter().enumerate() {
-        let n = light.shares.len() / 4;
-        let expected: f64 = light.shares[k * n..(k + 1) * n].iter().sum();
+    let n = light.shares.len() / 4;
+    let expected = [0, 1, 2, 3].map(|k| light.shares[k * n..(k + 1) * n].iter().sum::<f64>());
+    let spread = expected.iter().copied().fold(0.0, f64::max) - expected.iter().copied().fold(1.0, f64::min);
+    assert!(spread > 0.2, "{expected:?}");
+    for (k, (quarter, expected)) in quarters.iter().zip(expected).enumerate() {
         // the image is a few pixels wide: light near a limit between quarters is on both sides
         assert!((quarter - expected).abs() < 0.06, "{k}: {quarter} {expected}");
     }

@@ -147,6 +147,14 @@ impl Profile {
         }
     }
 
+    /// Time after which the attitude is the same again \[s\], if there is one whatever is around.
+    pub fn period_s(&self) -> Option<f64> {
+        match self {
+            Self::Spin { period_s, .. } => Some(*period_s),
+            _ => None,
+        }
+    }
+
     /// Fastest turn \[rad/s\] against what is around: an upper bound, but for [`Profile::Aligned`], which turns with the
     /// directions that it follows.
     pub fn fastest(&self) -> f64 {

@@ -145,7 +145,7 @@ impl Scenery {
         let mut target = Row::new("target", &target_verdict, &target_basis(scene, lights));
         target.mean_e_px = mean_light(&targets);
         ledger.push(target);
-        ledger.extend(lights.iter().filter_map(TargetLight::row));
+        ledger.extend(scene.target.iter().zip(lights).filter_map(|(target, light)| light.row(&target.name)));
         let sigma = scintillation::sigma(scene, view.exposure_s, view.airmass);
         let twinkle = if sigma > 0.0 { Verdict::Needed { bound: sigma } } else { Verdict::Absent(Why::NotAsked) };
         ledger.push(Row::new(

@@ -9,13 +9,22 @@ use super::shape::Shape;
 use glam::DVec3;
 
 /// Steps of the path are no longer than this \[rad\], unless there would be too many.
-const STEP: f64 = 0.15;
-/// Most steps of a path, and most points handed to the integral.
+const STEP: f64 = 0.5;
+/// Most steps of a path; twice as many points may be handed to the integral.
 const MOST: usize = 4096;
 /// Halvings of a step, at most.
 const DEEPEST: usize = 40;
 /// A lobe reaches so many of its widths.
 const REACH: f64 = 5.0;
+
+/// Where an integral starts from.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Points {
+    /// Places in \[0, 1\] in order, 0 and 1 among them.
+    pub at: Vec<f64>,
+    /// Whether nothing flashes unseen between them; false where the object turns too often to be followed.
+    pub complete: bool,
+}
 
 /// A normal and the width of its lobe \[rad\].
 #[derive(Debug, Clone, Copy)]
@@ -41,27 +50,31 @@ pub fn shiny(shape: &Shape, part: usize, sun_radius: f64) -> Vec<Shiny> {
     all
 }
 
-/// Points of \[0, 1\] in order, 0 and 1 among them, between which nothing flashes unseen. `half` is the half vector in the
-/// part's axes at a share of the exposure, `turn` about how far it turns in the whole \[rad\].
+/// The narrowest lobe of a shape \[rad\]; infinite of one that does not shine.
+pub fn narrowest(shape: &Shape, sun_radius: f64) -> f64 {
+    shape.materials.iter().filter_map(|m| lobe_width(m, sun_radius)).fold(f64::INFINITY, f64::min)
+}
+
+/// Points between which nothing flashes unseen. `half` is the half vector in the part's axes at a share of the exposure, `turn`
+/// about how far it turns in the whole \[rad\].
 ///
 /// # Errors
 /// Whatever `half` says.
-pub fn points<E>(
-    shiny: &[Shiny],
-    turn: f64,
-    half: &mut dyn FnMut(f64) -> Result<DVec3, E>,
-) -> Result<Vec<f64>, E> {
-    let steps = if turn.is_finite() { (turn / STEP).ceil().clamp(1.0, MOST as f64) as usize } else { 1 };
-    let mut points = (0..=steps).map(|k| k as f64 / steps as f64).collect::<Vec<_>>();
+pub fn points<E>(shiny: &[Shiny], turn: f64, half: &mut dyn FnMut(f64) -> Result<DVec3, E>) -> Result<Points, E> {
+    let wanted = (turn / STEP).ceil();
+    let mut complete = wanted <= MOST as f64;
+    let steps = if complete { wanted.max(1.0) as usize } else { MOST };
+    let mut at = (0..=steps).map(|k| k as f64 / steps as f64).collect::<Vec<_>>();
     if shiny.is_empty() {
-        return Ok(points);
+        return Ok(Points { at, complete });
     }
-    let path = points.iter().map(|t| Ok((*t, half(*t)?))).collect::<Result<Vec<_>, E>>()?;
+    let path = at.iter().map(|t| Ok((*t, half(*t)?))).collect::<Result<Vec<_>, E>>()?;
     for pair in path.windows(2) {
-        refine(pair[0], pair[1], shiny, DEEPEST, half, &mut points)?;
+        refine(pair[0], pair[1], shiny, DEEPEST, half, &mut at)?;
     }
-    points.sort_by(f64::total_cmp);
-    Ok(points)
+    complete &= at.len() < 2 * MOST;
+    at.sort_by(f64::total_cmp);
+    Ok(Points { at, complete })
 }
 
 fn refine<E>(
@@ -81,7 +94,7 @@ fn refine<E>(
     };
     let close = shiny.iter().filter(near).copied().collect::<Vec<_>>();
     let narrowest = close.iter().map(|s| s.width).fold(f64::INFINITY, f64::min);
-    if close.is_empty() || length < narrowest || deeper == 0 || points.len() >= MOST {
+    if close.is_empty() || length < narrowest || deeper == 0 || points.len() >= 2 * MOST {
         return Ok(());
     }
     let t = 0.5 * (from.0 + to.0);

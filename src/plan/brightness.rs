@@ -16,7 +16,7 @@ use crate::base::constants::{AU_M, EARTH_RADIUS_M, LIGHT_M_S, SUN_RADIUS_M};
 use crate::base::ledger::{Row, Verdict, Why};
 use crate::base::units::{flux_from_mag, mag_from_flux};
 use crate::object::earthshine;
-use crate::object::glint;
+use crate::object::glint::{self, Points};
 use crate::object::integral::integrate;
 use crate::object::light::{Lamp, Light};
 use crate::object::shadow::card::Graphics;
@@ -29,8 +29,12 @@ use glam::DVec3;
 pub const SUN_V_MAG: f64 = -26.76;
 /// Irradiance of the Sun at 1 au \[W/m^2\], bolometric.
 pub const SUN_W_M2: f64 = 1361.0;
-/// Evaluations of an exposure, at most.
-const MOST: usize = 20_000;
+/// Evaluations of an integral, at most.
+const MOST: usize = 200_000;
+/// An object that turns uniformly more often than this in an exposure is integrated turn by turn.
+const FEW_TURNS: f64 = 12.0;
+/// Pieces into which its turns are parted, at most.
+const MOST_PIECES: usize = 256;
 /// Light that stays within this share of its largest is even.
 const EVEN: f64 = 0.999;
 /// Stretches of equal time into which a streak of uneven light is parted.
@@ -52,8 +56,8 @@ pub struct TargetLight {
 }
 
 impl TargetLight {
-    /// The ledger's row of the shadows of a shape.
-    pub fn row(&self) -> Option<Row> {
+    /// The ledger's row of the shadows of the shape of a target of that name.
+    pub fn row(&self, name: &str) -> Option<Row> {
         let (means, why) = self.means.as_ref()?;
         let verdict = match means.way {
             Way::Convex => Verdict::Absent(Why::NotVisible("the shape is convex: nothing hides any of it".into())),
@@ -64,7 +68,7 @@ impl TargetLight {
         let told = self.inexact().map_or_else(String::new, |share| {
             format!("; WARNING: its error of {share:.1e} of the light is more than accuracy.brightness allows")
         });
-        Some(Row::new("target.shadows", &verdict, &format!("{}{note}{told}", means.way.describe())))
+        Some(Row::new(&format!("shadows.{name}"), &verdict, &format!("{}{note}{told}", means.way.describe())))
     }
 
     /// The estimated error as a share of the light, where it is more than `accuracy.brightness` allows.
@@ -115,6 +119,15 @@ pub struct Glow<'a> {
     mag_v: f64,
     /// Why there is no graphics processor, if one was looked for.
     why: String,
+}
+
+/// The mean light over a span of time.
+struct Span {
+    mean: f64,
+    error: f64,
+    evaluations: usize,
+    /// Shares of the span and the light there; none where it turns too fast to be told.
+    samples: Vec<(f64, f64)>,
 }
 
 /// A target's surroundings at an instant.
@@ -171,11 +184,22 @@ impl<'a> Glow<'a> {
             let (v_flux, error) = self.at_place(&seen.mid, &seen.place, &seen.observer)?;
             return Ok(TargetLight { v_flux, error, evaluations: 1, shares: Vec::new(), means: told });
         }
-        let points = self.points(seen)?;
+        let period_s = self.profile.period_s().filter(|period| seen.exposure_s > FEW_TURNS * period);
+        let span = match period_s {
+            Some(period_s) => self.turns(&seen.start, seen.exposure_s, period_s, time)?,
+            None => self.span(&seen.start, seen.exposure_s, time)?,
+        };
+        let Span { mean, error, evaluations, samples } = span;
+        Ok(TargetLight { v_flux: mean, error, evaluations, shares: stretches(samples), means: told })
+    }
+
+    /// Mean light over `length_s` from `start` on, to within `relative` of it.
+    fn span(&mut self, start: &Instant, length_s: f64, relative: f64) -> Result<Span, PlanError> {
+        let points = self.points(start, length_s)?;
         let mut error: f64 = 0.0;
         let mut samples = Vec::new();
-        let integral = integrate(&points, time, MOST, &mut |at, out| {
-            let places = at.iter().map(|share| self.place(&seen.start.plus(share * seen.exposure_s)));
+        let integral = integrate(&points.at, relative, MOST, &mut |at, out| {
+            let places = at.iter().map(|share| self.place(&start.plus(share * length_s)));
             let places = places.collect::<Result<Vec<_>, _>>()?;
             for ((share, out), (value, own)) in at.iter().zip(out).zip(self.at_places(&places)?) {
                 *out = value;
@@ -184,13 +208,65 @@ impl<'a> Glow<'a> {
             }
             Ok::<(), PlanError>(())
         })?;
-        Ok(TargetLight {
-            v_flux: integral.value,
-            error: error + integral.error,
-            evaluations: integral.evaluations,
-            shares: stretches(samples),
-            means: told,
+        // of flashes that were not looked for nothing is known
+        let error = if points.complete { error + integral.error } else { f64::INFINITY };
+        Ok(Span { mean: integral.value, error, evaluations: integral.evaluations, samples })
+    }
+
+    /// The same of an object that comes round every `period_s`, many times.
+    ///
+    /// The light of a turn changes slowly from turn to turn, with Sun, observer and distances: the sum over n turns is the integral
+    /// over their number from -1/2 to n - 1/2, which errs by 1/(24 n^2) of the change. What is left of a turn is added.
+    fn turns(&mut self, start: &Instant, length_s: f64, period_s: f64, relative: f64) -> Result<Span, PlanError> {
+        let count = (length_s / period_s).floor();
+        let pieces = self.slow_pieces(start, length_s)?;
+        let points = (0..=pieces).map(|k| count * k as f64 / pieces as f64 - 0.5).collect::<Vec<_>>();
+        let (mut error, mut evaluations, mut middle) = (0.0f64, 0, (f64::INFINITY, Vec::new()));
+        let whole = integrate(&points, 0.5 * relative, MOST, &mut |at, out| {
+            for (turn, out) in at.iter().zip(out) {
+                let span = self.span(&start.plus(turn * period_s), period_s, 0.25 * relative)?;
+                *out = span.mean;
+                error = error.max(span.error);
+                evaluations += span.evaluations;
+                let off = (turn - 0.5 * count).abs();
+                if off < middle.0 {
+                    middle = (off, span.samples);
+                }
+            }
+            Ok::<(), PlanError>(())
+        })?;
+        let rest_s = (length_s - count * period_s).max(0.0);
+        let rest = self.span(&start.plus(count * period_s), rest_s, 0.25 * relative)?;
+        // a streak shows its turns one by one, as long as there are not more than it has stretches for
+        let mut samples = Vec::new();
+        if count <= STRETCHES as f64 / 4.0 {
+            let turn =
+                |k: usize| middle.1.iter().map(move |(at, light)| ((k as f64 + at) * period_s / length_s, *light));
+            samples = (0..count as usize).flat_map(turn).collect();
+            let end = count * period_s / length_s;
+            samples.extend(rest.samples.iter().map(|(at, light)| (end + at * rest_s / length_s, *light)));
+        }
+        Ok(Span {
+            mean: (whole.value * period_s + rest.mean * rest_s) / length_s,
+            error: error + rest.error + whole.error * period_s / length_s,
+            evaluations: evaluations + rest.evaluations,
+            samples,
         })
+    }
+
+    /// Into how many pieces the turns of an exposure are parted: in each of them Sun and observer move by less than the
+    /// narrowest lobe.
+    fn slow_pieces(&self, start: &Instant, length_s: f64) -> Result<usize, PlanError> {
+        let Some((shaped, ..)) = &self.shaped else { return Ok(1) };
+        let half = |at: f64| -> Result<(DVec3, f64), PlanError> {
+            let (t, place, observer) = self.place(&start.plus(at * length_s))?;
+            let light = place.illumination(&observer);
+            let sun_radius = self.moment(&t, &place, &observer)?.lighting.sun_radius;
+            Ok(((light.to_sun + light.to_observer).normalize_or_zero(), sun_radius))
+        };
+        let ((first, sun_radius), (last, _)) = (half(0.0)?, half(1.0)?);
+        let width = glint::narrowest(&shaped.built, sun_radius);
+        Ok(((first.distance(last) / width).ceil() as usize).clamp(1, MOST_PIECES))
     }
 
     /// Irradiance as a share of that of V = 0 at an instant, and its error.
@@ -286,29 +362,30 @@ impl<'a> Glow<'a> {
         Ok(Moment { lighting, per_y, sunlit: light.sunlit, earth_radii: state.length() / EARTH_RADIUS_M })
     }
 
-    /// Shares of the exposure from which the integral starts: turns are followed, flashes known, and the contacts with the
+    /// Shares of a span of time from which the integral starts: turns are followed, flashes known, and the contacts with the
     /// Earth's shadow left to bisection.
-    fn points(&self, seen: &Sighting) -> Result<Vec<f64>, PlanError> {
-        let Some((shaped, ..)) = &self.shaped else { return Ok(vec![0.0, 1.0]) };
+    fn points(&self, start: &Instant, length_s: f64) -> Result<Points, PlanError> {
+        let mut all = Points { at: vec![0.0, 1.0], complete: true };
+        let Some((shaped, ..)) = &self.shaped else { return Ok(all) };
         let lighting = |share: f64| -> Result<Lighting, PlanError> {
-            let (t, place, observer) = self.place(&seen.start.plus(share * seen.exposure_s))?;
+            let (t, place, observer) = self.place(&start.plus(share * length_s))?;
             Ok(self.moment(&t, &place, &observer)?.lighting)
         };
         let (first, last) = (lighting(0.0)?, lighting(1.0)?);
         let drift = (half(&first) - half(&last)).length();
-        let turn = self.profile.fastest() * seen.exposure_s + drift;
+        let turn = self.profile.fastest() * length_s + drift;
         let shape = &shaped.built;
-        let mut all = Vec::new();
         for part in 0..shape.rigid_parts() {
             let shiny = glint::shiny(shape, part, first.sun_radius);
             let points = glint::points(&shiny, turn, &mut |share| {
                 let own = lighting(share)?;
                 Ok::<_, PlanError>(shape.in_part(part, &own.around, half(&own)))
             })?;
-            all.extend(points);
+            all.at.extend(points.at);
+            all.complete &= points.complete;
         }
-        all.sort_by(f64::total_cmp);
-        all.dedup();
+        all.at.sort_by(f64::total_cmp);
+        all.at.dedup();
         Ok(all)
     }
 }

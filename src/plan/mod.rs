@@ -9,6 +9,7 @@ pub mod pace;
 pub mod place;
 pub mod planner;
 pub mod pointing;
+pub mod sight;
 pub mod sip;
 pub mod table;
 pub mod view;

@@ -7,6 +7,7 @@ use super::interval::{Interval, Margin};
 use super::motion::{self, Need};
 use super::place::{Motion, Place};
 use super::pointing::{Attitudes, Mount};
+use super::sight::sight;
 use super::view::{Body, Circumstances, Horizontal, Moon, Observability, Planned, Sighting, TargetView, View};
 use super::wcs::{Wcs, east_north};
 use super::windows::{Condition, Night, Window, nights};
@@ -34,9 +35,6 @@ pub const OLD_ELEMENTS_DAYS: f64 = 14.0;
 const LOOK_RAD: f64 = 0.05;
 const SHORTEST_LOOK_S: f64 = 2.0;
 const LONGEST_LOOK_S: f64 = 60.0;
-
-/// Midpoints of the mean share of sunlight over an exposure in which the share changes: 1e-4 of the exposure.
-const SHADOW_STEPS: usize = 256;
 
 /// A scene made ready for planning.
 #[derive(Debug, Clone)]
@@ -307,54 +305,7 @@ impl<'a> Planner<'a> {
         let (mid, end) = (start.plus(0.5 * exposures.duration_s), start.plus(exposures.duration_s));
         let observer = Observer::at(&self.site, &mid)?;
         let motion = self.motions.get(target).ok_or(PlanError::NoTarget)?;
-        Ok(self.sight(motion, &observer, [&start, &mid, &end])?)
-    }
-
-    fn sight(
-        &self,
-        motion: &Motion,
-        observer: &Observer,
-        [start, mid, end]: [&Instant; 3],
-    ) -> Result<Sighting, astro::Error> {
-        let place = motion.place_from(observer, mid)?;
-        let light = place.illumination(observer);
-        let apparent = Horizontal::of(observer.refracted(observer.airless_geocentric(place.geocentric)));
-        let exposure_s = end.since(start);
-        Ok(Sighting {
-            start: *start,
-            mid: *mid,
-            exposure_s,
-            observer: *observer,
-            place,
-            light,
-            sunlit_mean: self.sunlit_mean(motion, light.sunlit, start, exposure_s)?,
-            apparent,
-            airmass: airmass(apparent.elevation),
-        })
-    }
-
-    /// Mean share of sunlight over an exposure in whose middle it is `middle`.
-    fn sunlit_mean(
-        &self,
-        motion: &Motion,
-        middle: f64,
-        start: &Instant,
-        exposure_s: f64,
-    ) -> Result<f64, astro::Error> {
-        if exposure_s == 0.0 {
-            return Ok(middle);
-        }
-        let sunlit = |share: f64| -> Result<f64, astro::Error> {
-            let t = start.plus(share * exposure_s);
-            let observer = Observer::at(&self.site, &t)?;
-            Ok(motion.place_from(&observer, &t)?.illumination(&observer).sunlit)
-        };
-        if sunlit(0.0)? == middle && sunlit(1.0)? == middle {
-            return Ok(middle);
-        }
-        // the share has kinks at the contacts: many midpoints instead of a rule for smooth functions
-        let shares = (0..SHADOW_STEPS).map(|k| sunlit((k as f64 + 0.5) / SHADOW_STEPS as f64));
-        Ok(shares.sum::<Result<f64, _>>()? / SHADOW_STEPS as f64)
+        Ok(sight(&self.site, motion, &observer, [&start, &mid, &end])?)
     }
 
     fn target(
@@ -364,7 +315,7 @@ impl<'a> Planner<'a> {
         moon: &Moon,
         [start, mid, end]: [&Instant; 3],
     ) -> Result<TargetView, astro::Error> {
-        let seen = self.sight(motion, observer, [start, mid, end])?;
+        let seen = sight(&self.site, motion, observer, [start, mid, end])?;
         let place = seen.place;
         let at = |t: &Instant| motion.place(&self.site, t);
         let (first, last) = (at(start)?, at(end)?);
