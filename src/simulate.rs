@@ -11,10 +11,12 @@ use crate::io::header::Header;
 use crate::io::labels;
 use crate::light::throughput::{Throughput, ThroughputError};
 use crate::object::shadow::card::Graphics;
+use crate::object::way::Way;
 use crate::plan::PlanError;
+use crate::plan::brightness::Means;
 use crate::plan::planner::Planner;
 use crate::plan::view::View;
-use crate::scene::{Scene, Table};
+use crate::scene::{Brightness, Scene, Table, Target};
 use crate::sky::Context;
 use crate::sky::response::Response;
 use crate::stars::catalogue::{Catalogue, CatalogueError};
@@ -161,7 +163,21 @@ impl<'a> Simulator<'a> {
             view,
             scenery,
             region,
+            gpu: self.gpu(),
         }
+    }
+
+    /// Name of the graphics processor that finds shadows of this scene's shapes, if one does.
+    pub fn gpu(&self) -> Option<&str> {
+        let card = self.graphics.card.as_ref()?;
+        let drawn = |target: &Target| match &target.brightness {
+            Brightness::Shape(shaped) => {
+                let means = Means::of(shaped, self.scene.accuracy.brightness, &self.graphics);
+                matches!(means.way, Way::Device { .. })
+            }
+            Brightness::MagV(_) => false,
+        };
+        self.scene.target.iter().any(drawn).then(|| card.name())
     }
 
     /// One whole frame.

@@ -11,6 +11,7 @@ use nightglass::object::shadow::rays::View;
 use nightglass::object::shape::{Choice, Shape};
 use nightglass::object::surface::mesh::Mesh;
 use nightglass::object::surface::primitives::{box_wing, cuboid, dish, l_shape, plate, sphere, torus};
+use nightglass::object::way::map_error;
 use nightglass::study::object_accuracy::attitudes;
 use std::f64::consts::PI;
 
@@ -130,7 +131,7 @@ fn rays_and_maps_agree_with_the_exact_light() {
             assert!(off <= 4.0 * estimate.error + 1e-12 * exact, "{name}: {exact} {estimate:?}");
             let whole: f64 = weight.iter().zip(&body.areas).map(|(w, a)| w * a).sum();
             let map = raster::flux(&body, sun, observer, &weight, 512, &mut Buffers::default());
-            assert!((map - exact).abs() < 0.03 * whole, "{name}: {exact} {map}");
+            assert!((map - exact).abs() < map_error(512) * whole, "{name}: {exact} {map}");
         }
     }
 }

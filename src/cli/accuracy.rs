@@ -1,7 +1,7 @@
 //! `nightglass accuracy`.
 
 use super::args::{Global, SceneArgs};
-use super::gpu::graphics;
+use super::gpu::{Purpose, graphics};
 use super::talk::{Failure, Talk, clock, give, load, print, print_json, write_new};
 use crate::base::accuracy::AccuracyRow;
 use crate::base::table::{Table, Values};
@@ -14,7 +14,7 @@ use serde_json::json;
 pub(super) fn accuracy(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
     let mut simulator = Simulator::new(&scene)?;
-    simulator.graphics = graphics(&scene, global, talk)?;
+    simulator.graphics = graphics(&scene, Purpose::Curves, global, talk)?;
     let view = simulator.planner.view(0).map_err(SimulateError::from)?;
     let rows = rows(&simulator, &view, &clock())?;
     talk.detail("times are of one run on this machine: compare them with each other only");

@@ -1,7 +1,7 @@
 //! `nightglass explain`.
 
 use super::args::{Global, SceneArgs};
-use super::gpu::graphics;
+use super::gpu::{Purpose, graphics};
 use super::talk::{Failure, Talk, clock, load, print, write_new};
 use crate::run::tables::ledger_row;
 use crate::simulate::Simulator;
@@ -12,7 +12,7 @@ use std::fmt::Write;
 pub(super) fn explain(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
     let mut simulator = Simulator::new(&scene)?;
-    simulator.graphics = graphics(&scene, global, talk)?;
+    simulator.graphics = graphics(&scene, Purpose::Frames, global, talk)?;
     let explanation = study(&simulator, &clock())?;
     if global.json {
         let rows = explanation.ledger.rows().map(ledger_row).collect::<Vec<_>>();

@@ -8,11 +8,25 @@ use crate::scene::{Brightness, Scene};
 use serde_json::json;
 use std::fmt::Write;
 
+/// What the light is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// Frames are the same on every machine: a graphics processor must be asked for.
+    Frames,
+    /// Light curves and studies.
+    Curves,
+}
+
 /// The graphics processor that `--gpu` and the scene's shapes ask for; none is opened where none would be used.
 ///
 /// # Errors
 /// [`Failure`] where one is required and there is none.
-pub(super) fn graphics(scene: &Scene, global: &Global, talk: &Talk) -> Result<Graphics, Failure> {
+pub(super) fn graphics(
+    scene: &Scene,
+    purpose: Purpose,
+    global: &Global,
+    talk: &Talk,
+) -> Result<Graphics, Failure> {
     let relative = scene.accuracy.brightness;
     let would_use = scene.target.iter().any(|target| match &target.brightness {
         Brightness::Shape(shaped) => {
@@ -25,6 +39,10 @@ pub(super) fn graphics(scene: &Scene, global: &Global, talk: &Talk) -> Result<Gr
             let card = Card::open(false).map_err(|why| Failure::Input(format!("--gpu require: {why}")))?;
             talk.detail(&format!("shadows on {}", card.name()));
             Ok(Graphics { card: Some(card), required: true, why: String::new() })
+        }
+        "auto" if would_use && purpose == Purpose::Frames => {
+            let why = "frames are the same on every machine; --gpu require uses one".into();
+            Ok(Graphics { why, ..Graphics::default() })
         }
         "auto" if would_use => match Card::open(true) {
             Ok(card) => {

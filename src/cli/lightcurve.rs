@@ -1,7 +1,7 @@
 //! `nightglass lightcurve`.
 
 use super::args::{Global, SceneArgs};
-use super::gpu::graphics;
+use super::gpu::{Purpose, graphics};
 use super::talk::{Failure, Talk, give, load, print, print_json};
 use crate::io::ecsv::to_ecsv;
 use crate::plan::planner::Planner;
@@ -18,7 +18,7 @@ pub(super) fn lightcurve(args: &SceneArgs, global: &Global, talk: &Talk) -> Resu
         talk.say("the scene has no [[target]]: the light curve is empty");
     }
     let bar = talk.bar(scene.exposures.count * scene.target.len(), "light curve");
-    let graphics = graphics(&scene, global, talk)?;
+    let graphics = graphics(&scene, Purpose::Curves, global, talk)?;
     let curves = curves(&scene, &planner, &graphics, &|| bar.inc(1))?;
     bar.finish_and_clear();
     for curve in &curves {

@@ -1,7 +1,7 @@
 //! `nightglass render`, and what it shares with `run`.
 
 use super::args::{Global, PartArgs, RenderArgs};
-use super::gpu::graphics;
+use super::gpu::{Purpose, graphics};
 use super::talk::{Failure, Talk, clock, load, print_json};
 use crate::camera::region::Region;
 use crate::camera::truth;
@@ -39,10 +39,7 @@ pub(super) fn produce(scene: &Scene, part: &PartArgs, global: &Global, talk: &Ta
     let frames = frame_range(part.frames.as_deref(), scene.exposures.count)?;
     let crop = part.crop.as_deref().map(|text| crop_region(text, scene)).transpose()?;
     let mut simulator = Simulator::new(scene)?;
-    // frames are the same on every machine, so that a graphics processor must be asked for
-    if global.gpu == "require" {
-        simulator.graphics = graphics(scene, global, talk)?;
-    }
+    simulator.graphics = graphics(scene, Purpose::Frames, global, talk)?;
     let planned = simulator.planner.all(&|| ()).map_err(SimulateError::from)?;
     simulator.planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     let path = global.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&scene.name));

@@ -32,6 +32,8 @@ pub struct Exposure<'a> {
     pub scenery: &'a Scenery,
     /// The pixels stored.
     pub region: &'a Region,
+    /// The graphics processor that found shadows, if one did.
+    pub gpu: Option<&'a str>,
 }
 
 /// Twelve significant digits: more than any value here is known to, fewer than where two machines' mathematical
@@ -234,6 +236,9 @@ fn simulation(header: &mut Header, e: &Exposure) {
     header.push("CREATOR", concat!("nightglass ", env!("CARGO_PKG_VERSION")), "");
     header.push("SIMSEED", e.scene.seed as i64, "seed of all random numbers");
     header.push("SCENESHA", e.scene_sha, "");
+    if let Some(name) = e.gpu {
+        header.push("GPUNAME", name, "found the shadows of shapes");
+    }
     let means = &e.scenery.sky_means;
     for mean in means {
         number(header, mean.keyword, mean.mean_e_px, "[e] mean per pixel at the centre");

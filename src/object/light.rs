@@ -10,7 +10,7 @@ use super::shadow::exact::Exact;
 use super::shadow::raster::{self, Buffers};
 use super::shadow::rays;
 use super::shape::{Lighting, Shape};
-use super::way::Way;
+use super::way::{SIGMAS, Way, map_error};
 use glam::DVec3;
 
 /// The light of a shape, and how exactly it is known.
@@ -18,7 +18,8 @@ use glam::DVec3;
 pub struct Light {
     /// Normalised irradiance \[m^2/sr\].
     pub value: f64,
-    /// Its standard error, or estimate of its error \[m^2/sr\]; 0 where round-off alone limits it.
+    /// A bound of its error \[m^2/sr\]: three standard errors of rays, the largest error measured of maps; 0 where round-off alone
+    /// limits it.
     pub error: f64,
 }
 
@@ -66,8 +67,11 @@ impl<'a> Lamp<'a> {
         let epochs = epochs.map(|(l, weight)| (l.around.sun, l.around.observer, weight.as_slice()));
         match card.flux(&self.body, &epochs.collect::<Vec<_>>(), side) {
             Ok(values) => {
-                let error = super::way::map_error(side);
-                values.into_iter().map(|value| Light { value, error: error * value }).collect()
+                let light = |(value, weight): (f64, &Vec<f64>)| Light {
+                    value,
+                    error: map_error(side) * unshadowed(&self.body, weight),
+                };
+                values.into_iter().zip(&weights).map(light).collect()
             }
             Err(_) => {
                 self.card = None;
@@ -83,23 +87,16 @@ impl<'a> Lamp<'a> {
         self.shape.weights(&self.body, from, observer, lighting.sun_radius, &mut self.weight);
         let (body, weight) = (&self.body, &self.weight);
         match self.way {
-            Way::Convex => {
-                let sum = weight.iter().zip(&body.areas).map(|(w, a)| w * a).sum();
-                Light { value: sum, error: 0.0 }
-            }
+            Way::Convex => Light { value: unshadowed(body, weight), error: 0.0 },
             Way::Exact => Light { value: self.exact.flux(body, from, observer, weight), error: 0.0 },
             Way::Rays { tolerance } => match &self.bvh {
                 Some(bvh) => {
                     let view = rays::View::new(body, bvh, from, observer, weight);
-                    let (estimate, _) = view.flux_to(tolerance, MOST_RAYS, 0);
-                    Light { value: estimate.value, error: estimate.error }
+                    let (estimate, _) = view.flux_to(tolerance / SIGMAS, MOST_RAYS, 0);
+                    Light { value: estimate.value, error: SIGMAS * estimate.error }
                 }
                 None => Light::default(),
             },
-            Way::Map { side } => {
-                let value = raster::flux(body, from, observer, weight, side, &mut self.maps);
-                Light { value, error: super::way::map_error(side) * value }
-            }
             Way::Device { side } => {
                 let drawn = self.card.as_ref().map(|card| card.flux(body, &[(from, observer, weight)], side));
                 let value = match drawn {
@@ -109,7 +106,7 @@ impl<'a> Lamp<'a> {
                         raster::flux(body, from, observer, weight, side, &mut self.maps)
                     }
                 };
-                Light { value, error: super::way::map_error(side) * value }
+                Light { value, error: map_error(side) * unshadowed(body, weight) }
             }
         }
     }
@@ -122,4 +119,9 @@ impl<'a> Lamp<'a> {
             }
         }
     }
+}
+
+/// Light of a body without shadows.
+fn unshadowed(body: &Body, weight: &[f64]) -> f64 {
+    weight.iter().zip(&body.areas).map(|(w, a)| w * a).sum()
 }

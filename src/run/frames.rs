@@ -217,8 +217,10 @@ fn stored_as(dir: &OutputDir, number: usize) -> Option<Region> {
 /// True if the frame is of this scene, its bytes are as they were written, and the other forms asked for are there as well.
 fn is_whole(dir: &OutputDir, number: usize, simulator: &Simulator) -> bool {
     let path = dir.frame(number);
-    let of_scene =
-        image::keywords(&path).is_ok_and(|h| h.text("SCENESHA").as_deref() == Some(simulator.scene_sha()));
+    let of_scene = image::keywords(&path).is_ok_and(|h| {
+        h.text("SCENESHA").as_deref() == Some(simulator.scene_sha())
+            && h.text("GPUNAME").as_deref() == simulator.gpu()
+    });
     let asked = |form: &str| simulator.scene.output.format.iter().any(|format| format == form);
     let beside = |ending: &str| path.with_file_name(format!("{number:04}.{ending}"));
     of_scene
