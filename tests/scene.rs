@@ -49,7 +49,7 @@ fn bad_scenes_fail_with_their_messages() {
         assert_eq!(error.to_string().trim(), expected.trim(), "{name}");
         count += 1;
     }
-    assert!(count >= 11);
+    assert!(count >= 12);
 }
 
 #[test]

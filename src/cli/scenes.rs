@@ -35,7 +35,13 @@ pub(super) fn check(args: &SceneArgs, global: &Global, talk: &Talk) -> Result<()
     // what only shows when tables, elements and epochs are used
     let simulator = Simulator::new(&scene)?;
     for frame in [0, scene.exposures.count.saturating_sub(1)] {
-        simulator.planner.view(frame).map_err(SimulateError::from)?;
+        let view = simulator.planner.view(frame).map_err(SimulateError::from)?;
+        for (number, target) in scene.target.iter().enumerate() {
+            if let Err(why) = simulator.planner.attitude(number, &view) {
+                let message = format!("target.{number}.attitude of {}: {why}", target.name);
+                return Err(Failure::Input(message));
+            }
+        }
     }
     contradictions(&scene).iter().for_each(|c| talk.say(&format!("warning: {c}")));
     simulator.planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));

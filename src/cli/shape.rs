@@ -1,7 +1,7 @@
 //! `nightglass shape`: a mesh looked at, checked, and repaired if asked.
 
 use super::args::{Global, ShapeArgs};
-use super::talk::{Failure, Talk, print, print_json, write_bytes, write_new};
+use super::talk::{Failure, Talk, finite, give, print, print_json, write_bytes};
 use crate::astro::attitude::Surroundings;
 use crate::base::constants::{AU_M, SUN_RADIUS_M};
 use crate::io::preview::rgb_png;
@@ -10,9 +10,9 @@ use crate::object::shape::{Choice, Lighting, Shape};
 use crate::object::surface::fault::{Fault, Severity};
 use crate::object::surface::mesh::Mesh;
 use crate::object::surface::mtl::Mtl;
-use crate::object::surface::{check, files, obj, repair, topology};
+use crate::object::surface::{check, files, mtl, obj, repair, topology};
 use glam::DVec3;
-use serde_json::json;
+use serde_json::{Value as Json, json};
 use std::fmt::Write;
 use std::path::Path;
 
@@ -24,30 +24,23 @@ const SIDE: u32 = 480;
 pub(super) fn shape(args: &ShapeArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let (mut mesh, materials) = read(&args.shape, talk)?;
     let faults = check::faults(&mesh);
-    let mut done = Vec::new();
+    let mut text = report(&mesh, &faults);
+    let mut rows = vec![summary("as it is", &mesh, &faults)];
     if args.repair {
-        (mesh, done) = repair::repair(&mesh);
+        let (mended, done) = repair::repair(&mesh);
+        mesh = mended;
+        done.iter().for_each(|step| text.push_str(&format!("repaired: {step}\n")));
+        let left = check::faults(&mesh);
+        text.push_str(&report(&mesh, &left));
+        let mut row = summary("repaired", &mesh, &left);
+        row["repairs"] = json!(done);
+        rows.push(row);
     }
-    let text = report(&mesh, &faults, &done);
     if let Some(dir) = &global.output {
-        let stem = Path::new(&args.shape).file_stem().map_or("shape".into(), |s| s.to_string_lossy().into_owned());
-        if args.repair || files::BUILT_IN.contains(&args.shape.as_str()) {
-            let path = dir.join(format!("{stem}.obj"));
-            write_new(&path, &obj::write(&mesh, None), global)?;
-            talk.say(&format!("wrote {}", path.display()));
-        }
-        if !mesh.faces.is_empty() {
-            let own = Shape::new(&mesh, &Choice { mtl: materials, ..Choice::default() });
-            let own = own.map_err(|why| Failure::Input(why.to_string()))?;
-            let path = dir.join(format!("{stem}.png"));
-            write_bytes(&path, &sheet(&own)?, global)?;
-            talk.say(&format!("wrote {}", path.display()));
-        }
+        write(args, mesh, materials, (dir, global, talk))?;
     }
     if global.json {
-        let rows =
-            faults.iter().map(|fault| json!({ "severity": word(fault.severity()), "fault": fault.to_string() }));
-        print_json(&json!({ "command": "shape", "rows": rows.collect::<Vec<_>>(), "repaired": done }))?;
+        print_json(&json!({ "command": "shape", "rows": rows }))?;
     } else {
         print(&text)?;
     }
@@ -55,6 +48,46 @@ pub(super) fn shape(args: &ShapeArgs, global: &Global, talk: &Talk) -> Result<()
         0 => Ok(()),
         count => Err(Failure::Input(format!("{}: {count} faults forbid its use", args.shape))),
     }
+}
+
+/// Write the mesh, if it is built in or repaired, with its materials, and its pictures.
+fn write(
+    args: &ShapeArgs,
+    mesh: Mesh,
+    materials: Vec<Mtl>,
+    (dir, global, talk): (&Path, &Global, &Talk),
+) -> Result<(), Failure> {
+    let stem = Path::new(&args.shape).file_stem().map_or("shape".into(), |s| s.to_string_lossy().into_owned());
+    if args.repair || files::BUILT_IN.contains(&args.shape.as_str()) {
+        let library = format!("{stem}.mtl");
+        if !materials.is_empty() {
+            give(dir, &library, &mtl::write(&materials), global, talk)?;
+        }
+        let named = (!materials.is_empty()).then_some(library.as_str());
+        give(dir, &format!("{stem}.obj"), &obj::write(&mesh, named), global, talk)?;
+    }
+    let own = Shape::new(&mesh, &Choice { mtl: materials, ..Choice::default() });
+    let own = own.map_err(|why| Failure::Input(format!("{}: {why}", args.shape)))?;
+    let path = dir.join(format!("{stem}.png"));
+    write_bytes(&path, &sheet(&own)?, global)?;
+    talk.say(&format!("wrote {}", path.display()));
+    Ok(())
+}
+
+/// What a mesh consists of, and its faults, for programs.
+fn summary(state: &str, mesh: &Mesh, faults: &[Fault]) -> Json {
+    let open = topology::open(mesh);
+    let sheets = open.iter().filter(|open| **open).count();
+    let extent = mesh.bounds().map(|(low, high)| (high - low).to_array());
+    let convex = Shape::new(mesh, &Choice::default()).is_ok_and(|shape| shape.is_convex());
+    let told = |fault: &Fault| json!({ "severity": word(fault.severity()), "fault": fault.to_string() });
+    json!({
+        "state": state, "faces": mesh.faces.len(), "vertices": mesh.vertices.len(),
+        "closed_parts": open.len() - sheets, "sheets": sheets, "extent_m": extent,
+        "area_m2": finite(mesh.area()), "volume_m3": finite(mesh.signed_volume()), "convex": convex,
+        "groups": mesh.groups, "materials": mesh.materials,
+        "faults": faults.iter().map(told).collect::<Vec<_>>(),
+    })
 }
 
 fn read(name: &str, talk: &Talk) -> Result<(Mesh, Vec<Mtl>), Failure> {
@@ -80,7 +113,7 @@ fn word(severity: Severity) -> &'static str {
     }
 }
 
-fn report(mesh: &Mesh, faults: &[Fault], done: &[String]) -> String {
+fn report(mesh: &Mesh, faults: &[Fault]) -> String {
     let mut text = String::new();
     let open = topology::open(mesh);
     let sheets = open.iter().filter(|open| **open).count();
@@ -93,15 +126,10 @@ fn report(mesh: &Mesh, faults: &[Fault], done: &[String]) -> String {
     );
     if let Some((low, high)) = mesh.bounds() {
         let size = high - low;
-        let _ = writeln!(
-            text,
-            "extent {:.6} x {:.6} x {:.6} m, area {:.6} m2, volume {:.6} m3",
-            size.x,
-            size.y,
-            size.z,
-            mesh.area(),
-            mesh.signed_volume()
-        );
+        let volume = if sheets == 0 { format!(", volume {:.6} m3", mesh.signed_volume()) } else { String::new() };
+        let area = mesh.area();
+        let _ =
+            writeln!(text, "extent {:.6} x {:.6} x {:.6} m, area {area:.6} m2{volume}", size.x, size.y, size.z);
     }
     let names = |all: &[String]| all.iter().filter(|n| !n.is_empty()).cloned().collect::<Vec<_>>().join(", ");
     let _ = writeln!(text, "groups: {}\nmaterials: {}", names(&mesh.groups), names(&mesh.materials));
@@ -122,7 +150,6 @@ fn report(mesh: &Mesh, faults: &[Fault], done: &[String]) -> String {
     if faults.is_empty() {
         text.push_str("no faults\n");
     }
-    done.iter().for_each(|step| text.push_str(&format!("repaired: {step}\n")));
     text
 }
 

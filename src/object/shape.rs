@@ -13,32 +13,56 @@ use glam::{DMat3, DQuat, DVec3};
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShapeError {
     /// A mesh that is no surface.
-    #[error("shape: {0}")]
+    #[error("{0}")]
     Mesh(String),
-    /// A group that the mesh does not have.
-    #[error("{key}: the shape has no group or material of this name; known: {known}")]
-    Group {
-        /// Key that names it.
-        key: String,
-        /// Names that there are.
-        known: String,
+    /// A mesh without faces.
+    #[error("it has no face: is it an OBJ or STL file?")]
+    Empty,
+    /// A mesh larger or smaller than anything.
+    #[error("its extent of {extent_m:e} m is outside 1e-9 .. 1e9 m; see shape_scale")]
+    Extent {
+        /// The diagonal of the box about it \[m\].
+        extent_m: f64,
     },
-    /// A direction of no length.
-    #[error("part.{group}.{key}: one of its numbers must differ from 0")]
+    /// A group that the mesh does not have.
+    #[error("the shape has no group or material of this name")]
+    Group {
+        /// Table that names it: material.group or part.
+        table: &'static str,
+        /// The name.
+        name: String,
+        /// Names that there are.
+        known: Vec<String>,
+    },
+    /// A direction of no length, or one that an axis cannot turn.
+    #[error("{why}")]
     Direction {
         /// The part.
         group: String,
         /// The key.
         key: &'static str,
+        /// What is wrong.
+        why: &'static str,
     },
     /// A material of the shape's file that reflects too much, or nothing that is light.
-    #[error("shape: material {name} of its file: {why}")]
+    #[error("material {name} of its file: {why}")]
     Material {
         /// Its name.
         name: String,
         /// Why.
         why: String,
     },
+}
+
+impl ShapeError {
+    /// The key of a target that is at fault, such as `part.panel.axis`.
+    pub fn key(&self) -> String {
+        match self {
+            Self::Group { table, name, .. } => format!("{table}.{name}"),
+            Self::Direction { group, key, .. } => format!("part.{group}.{key}"),
+            _ => "shape".into(),
+        }
+    }
 }
 
 /// Which materials and hinges a mesh gets.
@@ -106,9 +130,18 @@ pub struct Shape {
     pub material_of: Vec<u16>,
     /// Parts that turn, with their vertices.
     moving: Vec<(Hinge, Vec<u32>)>,
+    /// What is doubtful about its mesh, in words.
+    pub doubts: Vec<String>,
+    /// Group, material of the file, and number of the material of each that has faces.
+    painted: Vec<(String, String, u16)>,
     /// No face can hide another.
     convex: bool,
 }
+
+/// Faults of a mesh that are told one by one.
+const TOLD: usize = 3;
+/// Extents of shapes \[m\].
+const EXTENTS: std::ops::RangeInclusive<f64> = 1e-9..=1e9;
 
 /// Sun and observer at a body, in its axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -125,19 +158,31 @@ impl Shape {
     /// # Errors
     /// [`ShapeError`] for meshes that are no surfaces, names that there are not, and materials that are none.
     pub fn new(mesh: &Mesh, choice: &Choice) -> Result<Self, ShapeError> {
-        if let Some(fault) = check::faults(mesh).into_iter().find(|fault| fault.severity() == Severity::Fatal) {
+        let faults = check::faults(mesh);
+        if let Some(fault) = faults.iter().find(|fault| fault.severity() == Severity::Fatal) {
             return Err(ShapeError::Mesh(fault.to_string()));
         }
+        if mesh.faces.is_empty() {
+            return Err(ShapeError::Empty);
+        }
+        let extent_m = mesh.bounds().map_or(0.0, |(low, high)| (high - low).length());
+        if !EXTENTS.contains(&extent_m) {
+            return Err(ShapeError::Extent { extent_m });
+        }
         let known = |name: &str| mesh.groups.iter().chain(&mesh.materials).any(|own| own == name);
-        let names = mesh.groups.iter().chain(&mesh.materials).filter(|n| !n.is_empty()).cloned();
-        let names = names.collect::<Vec<_>>().join(", ");
+        let names = || mesh.groups.iter().chain(&mesh.materials).filter(|n| !n.is_empty()).cloned().collect();
         let keys = choice.groups.iter().map(|(name, _)| ("material.group", name));
-        for (key, name) in keys.chain(choice.hinges.iter().map(|hinge| ("part", &hinge.group))) {
+        for (table, name) in keys.chain(choice.hinges.iter().map(|hinge| ("part", &hinge.group))) {
             if !known(name) {
-                return Err(ShapeError::Group { key: format!("{key}.{name}"), known: names });
+                return Err(ShapeError::Group { table, name: name.clone(), known: names() });
             }
         }
-        let mut shape = Self { groups: mesh.groups.clone(), ..Self::default() };
+        let doubtful = faults.iter().filter(|fault| fault.severity() == Severity::Warning);
+        let mut doubts = doubtful.clone().take(TOLD).map(ToString::to_string).collect::<Vec<_>>();
+        if let more @ 1.. = doubtful.count().saturating_sub(TOLD) {
+            doubts.push(format!("and {more} more faults of its mesh; `nightglass shape` tells them"));
+        }
+        let mut shape = Self { groups: mesh.groups.clone(), doubts, ..Self::default() };
         let (vertices, faces) = shape.part(mesh, &choice.hinges)?;
         let open = topology::open(mesh);
         let sheet =
@@ -154,12 +199,18 @@ impl Shape {
         let mut vertices = mesh.vertices.clone();
         let mut faces = mesh.faces.iter().map(|face| face.corners).collect::<Vec<_>>();
         for hinge in hinges {
-            let fault = |key| ShapeError::Direction { group: hinge.group.clone(), key };
-            if hinge.face.normalize_or_zero() == DVec3::ZERO {
-                return Err(fault("face"));
+            let fault = |key, why| Err(ShapeError::Direction { group: hinge.group.clone(), key, why });
+            let face = hinge.face.normalize_or_zero();
+            if face == DVec3::ZERO {
+                return fault("face", "one of its numbers must differ from 0");
             }
-            if hinge.axis.is_some_and(|axis| axis.normalize_or_zero() == DVec3::ZERO) {
-                return Err(fault("axis"));
+            if let Some(axis) = hinge.axis.map(DVec3::normalize_or_zero) {
+                if axis == DVec3::ZERO {
+                    return fault("axis", "one of its numbers must differ from 0");
+                }
+                if axis.cross(face).length() < 1e-9 {
+                    return fault("face", "must not be parallel to axis: no turn would move it");
+                }
             }
             let mut own = Vec::new();
             let mut copies = std::collections::BTreeMap::new();
@@ -191,11 +242,17 @@ impl Shape {
                 None => {
                     let group = mesh.groups.get(usize::from(face.group)).map_or("", String::as_str);
                     let name = mesh.materials.get(usize::from(face.material)).map_or("", String::as_str);
-                    let material = choice.material(group, name)?;
+                    let (material, known) = choice.material(group, name)?;
+                    if !known && !name.is_empty() {
+                        self.doubts.push(format!(
+                            "nothing tells what its material {name} is: it is taken as the default"
+                        ));
+                    }
                     let number = self.materials.iter().position(|own| *own == material).unwrap_or_else(|| {
                         self.materials.push(material);
                         self.materials.len() - 1
                     });
+                    self.painted.push((group.to_owned(), name.to_owned(), number as u16));
                     numbers.insert(key, number as u16);
                     number as u16
                 }
@@ -203,6 +260,13 @@ impl Shape {
             self.material_of.push(number);
         }
         Ok(())
+    }
+
+    /// What its faces are made of: group, material of the file, and the material itself.
+    pub fn painted(&self) -> impl Iterator<Item = (&str, &str, &Material)> + '_ {
+        self.painted.iter().filter_map(|(group, name, number)| {
+            Some((group.as_str(), name.as_str(), self.materials.get(usize::from(*number))?))
+        })
     }
 
     /// Whether no face can hide another.
@@ -271,18 +335,20 @@ impl Shape {
 }
 
 impl Choice {
-    fn material(&self, group: &str, name: &str) -> Result<Material, ShapeError> {
+    /// The material of a group and a material's name, and whether anything tells of them.
+    fn material(&self, group: &str, name: &str) -> Result<(Material, bool), ShapeError> {
         let told = |name: &str| self.groups.iter().find(|(own, _)| own == name).map(|(_, material)| material);
         if let Some(material) = told(group).or_else(|| told(name)) {
-            return Ok(material.clone());
+            return Ok((material.clone(), true));
         }
         if let Some(mtl) = self.mtl.iter().find(|own| own.name == name) {
-            return of_mtl(mtl).map_err(|why| ShapeError::Material { name: name.to_owned(), why });
+            let material = of_mtl(mtl).map_err(|why| ShapeError::Material { name: name.to_owned(), why })?;
+            return Ok((material, true));
         }
         if let Some(preset) = materials::preset(name) {
-            return Ok(preset);
+            return Ok((preset, true));
         }
-        Ok(self.default.clone().unwrap_or_else(|| Material::lambert(0.6)))
+        Ok((self.default.clone().unwrap_or_else(|| Material::lambert(0.6)), false))
     }
 }
 

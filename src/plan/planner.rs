@@ -67,7 +67,7 @@ impl<'a> Planner<'a> {
     }
 
     /// What a user should know: elements older or younger than a fortnight at the first exposure, and exposures after the
-    /// end of the Earth orientation table. SGP4 errs by a kilometre or so a day in a low orbit, less farther out (Vallado &
+    /// end of the Earth orientation table; doubtful meshes. SGP4 errs by a kilometre or so a day in a low orbit, less farther out (Vallado &
     /// Cefola 2012, IAC-12-A6.6.11).
     pub fn warnings(&self) -> Vec<String> {
         let exposed = self.exposed();
@@ -78,6 +78,12 @@ impl<'a> Planner<'a> {
             Some(format!("elements of {} are {:.0} days {side} than the first exposure", target.name, age.abs()))
         };
         let mut warnings = self.scene.target.iter().zip(ages).filter_map(old).collect::<Vec<_>>();
+        for target in &self.scene.target {
+            if let Brightness::Shape(shaped) = &target.brightness {
+                warnings
+                    .extend(shaped.built.doubts.iter().map(|doubt| format!("shape of {}: {doubt}", target.name)));
+            }
+        }
         if let Ok(eop) = eop::at(&exposed.end)
             && eop.beyond_days > 0.0
         {

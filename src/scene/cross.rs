@@ -194,6 +194,13 @@ impl Look<'_> {
             let message = "range_km is required of a target with a shape: its brightness depends on its distance";
             found.push(self.fault(&format!("target.{i}.orbit.fixed"), message));
         }
+        let fixed = target.get("orbit").is_some_and(|orbit| orbit.get("fixed").is_some());
+        for (name, part) in target.get("part").and_then(Value::as_table).into_iter().flatten() {
+            if fixed && part.get("point_to").and_then(Value::as_str) == Some("velocity") {
+                let message = "a target with a fixed place has no velocity to follow";
+                found.push(self.fault(&format!("target.{i}.part.{name}.point_to"), message));
+            }
+        }
         let built_in = target.get("shape").and_then(Value::as_str).is_some_and(|name| BUILT_IN.contains(&name));
         if given("shape_size_m") && !built_in {
             let message = "only of a built-in shape; a file has its own size, times shape_scale";
@@ -230,11 +237,17 @@ impl Look<'_> {
         }
         let mode = attitude.get("mode").and_then(Value::as_str).unwrap_or_default();
         let fixed = target.get("orbit").is_some_and(|orbit| orbit.get("fixed").is_some());
-        if fixed && ["nadir", "sun", "aligned"].contains(&mode) {
+        let towards = |key: &str| attitude.get(key).and_then(Value::as_str);
+        let by_velocity = [towards("point_to"), towards("turn_to")].contains(&Some("velocity"));
+        if fixed && (["nadir", "sun"].contains(&mode) || by_velocity) {
+            let key = if by_velocity { "turn_to" } else { "mode" };
             fault(
-                "mode",
-                "a target with a fixed place has no velocity to turn by; use inertial, spin, tumble or table",
+                key,
+                "a target with a fixed place has no velocity to turn by; use inertial, spin, aligned, tumble or table",
             );
+        }
+        if mode == "aligned" && towards("point_to") == towards("turn_to") {
+            fault("turn_to", "must differ from point_to");
         }
     }
 

@@ -146,7 +146,7 @@ pub(super) static KEYS: &[Key] = &[
     key("target[].shape", WordOrFile(SHAPES, &[], "an OBJ or STL file in metres", true), "", Optional("\"shapes/boxwing.obj\""), "closed parts are solids (their union counts); parts with open edges are sheets, lit from both sides"),
     key("target[].shape_size_m", Reals(3, 1e-9, 1e9), "m", Optional("[1.0, 1.0, 1.0]"), "extent along x, y, z of a built-in shape; 1 m, or its natural size"),
     key("target[].shape_scale", Above(0.0, 1e9), "", Is("1.0"), "factor on the shape's size; 0.001 of a file in millimetres"),
-    key("target[].earthshine", Flag, "", Is("false"), "whether the shape is lit by the Earth too: a Lambert sphere of albedo 0.3"),
+    key("target[].earthshine", Flag, "", Is("false"), "whether the shape is lit by the Earth too: a Lambert sphere of albedo 0.29"),
     table("target[].orbit", Section, "where it is: one of tle, omm, oem, state, kepler, fixed"),
     key("target[].orbit.tle", Tle, "", Must("[\"1 35491U ...\", \"2 35491 ...\"]"), "two-line elements, or a file"),
     key("target[].orbit.omm", File(Content::Omm), "", Optional("\"sat.json\""), "mean elements as a message"),

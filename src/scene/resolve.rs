@@ -12,6 +12,7 @@ use super::cross;
 use super::fault::{Fault, SceneError};
 use super::keys::children;
 use super::schema::{ONE_OF, nearest};
+use super::target::build_shapes;
 use super::tree::{self, Entries, Node, Place, Rank, Source, Value, entry};
 use super::typed;
 use super::types::{InputFile, Scene};
@@ -85,8 +86,17 @@ pub fn load_str(
     if !faults.is_empty() {
         return Err(SceneError::new(origin, faults));
     }
-    typed::read(table, checker.reader.inputs)
-        .map_err(|key| SceneError::one(origin, format!("{key}: cannot be read")))
+    let mut scene = typed::read(table, checker.reader.inputs)
+        .map_err(|key| SceneError::one(origin, format!("{key}: cannot be read")))?;
+    let wrong = build_shapes(&mut scene.target);
+    if wrong.is_empty() {
+        return Ok(scene);
+    }
+    let fault = |(key, why): (String, String)| {
+        let place = &root.towards(&key).place;
+        Fault::new(&key, place, format!("{key}: {why}"))
+    };
+    Err(SceneError::new(origin, wrong.into_iter().map(fault).collect()))
 }
 
 /// A scene that holds a built-in station and nothing else: one instant, no target.

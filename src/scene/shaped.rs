@@ -7,9 +7,10 @@ use toml::{Table as Plain, Value};
 
 use super::field::{Field, Section, get, inner, put};
 use super::instrument::Table;
+use super::schema::nearest;
 use super::types::{Brightness, MaterialKeys, PartKeys, Shaped, Target};
 use crate::object::matter::{self, Material, Model, materials};
-use crate::object::shape::{Choice, Hinge, Shape};
+use crate::object::shape::{Choice, Hinge, Shape, ShapeError};
 use crate::object::surface::files;
 use glam::DVec3;
 
@@ -180,25 +181,27 @@ impl MaterialKeys {
     }
 }
 
-/// Materials and parts of a shape as its builder wants them.
-pub(super) fn build(shaped: &Shaped) -> Result<Shape, String> {
-    let (mesh, mtl) = match &shaped.shape {
-        Table::File(path) => {
-            let read = files::read(path).map_err(|why| format!("shape: {why}"))?;
-            (read.mesh, read.materials)
-        }
+/// A key of a target and what is wrong with it.
+pub(super) type Wrong = (String, String);
+
+/// The shape that the keys of a target tell of.
+pub(super) fn build(shaped: &Shaped) -> Result<Shape, Wrong> {
+    let of_shape = |why: String| ("shape".to_owned(), why);
+    let read = match &shaped.shape {
+        Table::File(path) => files::read(path).map_err(|why| of_shape(why.to_string()))?,
         Table::Named(name) => {
-            let natural = files::built_in(name).ok_or_else(|| format!("shape: none is named \"{name}\""))?;
-            (files::sized(natural, shaped.size_m.map(DVec3::from_array)), Vec::new())
+            let mesh = files::built_in_sized(name, shaped.size_m.map(DVec3::from_array));
+            let mesh = mesh.ok_or_else(|| of_shape(format!("none is named \"{name}\"")))?;
+            files::Read { mesh, ..files::Read::default() }
         }
     };
-    let whose = |group: &str, own: &MaterialKeys| own.material().map_err(|why| format!("{group}: {why}"));
-    let default = shaped.material.as_ref().map(|own| whose("material", own)).transpose()?;
-    let groups = shaped
-        .groups
-        .iter()
-        .map(|(name, own)| Ok((name.clone(), whose(&format!("material.group.{name}"), own)?)))
-        .collect::<Result<Vec<_>, String>>()?;
+    let material = |key: String, own: &MaterialKeys| own.material().map_err(|why| (key, why));
+    let default = shaped.material.as_ref().map(|own| material("material".into(), own)).transpose()?;
+    let groups = shaped.groups.iter().map(|(name, own)| {
+        let key = format!("material.group.{name}");
+        Ok((name.clone(), material(key, own)?))
+    });
+    let groups = groups.collect::<Result<Vec<_>, Wrong>>()?;
     let hinges = shaped.parts.iter().map(|(name, part)| Hinge {
         group: name.clone(),
         point: DVec3::from_array(part.hinge_m) * shaped.scale,
@@ -206,8 +209,25 @@ pub(super) fn build(shaped: &Shaped) -> Result<Shape, String> {
         face: DVec3::from_array(part.face),
         to: part.point_to,
     });
-    let choice = Choice { default, groups, mtl, hinges: hinges.collect() };
-    Shape::new(&mesh.scaled(shaped.scale), &choice).map_err(|why| why.to_string())
+    let choice = Choice { default, groups, mtl: read.materials, hinges: hinges.collect() };
+    let mut shape = Shape::new(&read.mesh.scaled(shaped.scale), &choice).map_err(|why| (why.key(), told(&why)))?;
+    let missing = read.missing.iter().map(|name| format!("its file names {name}, which is not beside it"));
+    shape.doubts.extend(missing);
+    if let Some(own) = shaped.material.as_ref().filter(|own| own.brdf != Table::Named("lambert".into()))
+        && let (Some(0.0), Table::Named(name)) = (own.specular, &own.brdf)
+    {
+        shape.doubts.push(format!("material.brdf = \"{name}\" with specular = 0 is diffuse alone"));
+    }
+    Ok(shape)
+}
+
+/// What is wrong with a shape, with the names that are meant perhaps.
+fn told(why: &ShapeError) -> String {
+    let ShapeError::Group { name, known, .. } = why else { return why.to_string() };
+    let near = nearest(name, known.iter().map(String::as_str));
+    let near = near.map_or_else(String::new, |near| format!("; nearest: {near}"));
+    let known = if known.is_empty() { "it has none".to_owned() } else { format!("known: {}", known.join(", ")) };
+    format!("{why}{near}; {known}")
 }
 
 /// Files that a shape's file names beside itself.

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde_json::Value as Json;
+use serde_json::{Value as Json, json};
 use toml::{Table as Plain, Value};
 
 use super::field::{Field, Section, get, inner, put};
@@ -12,6 +12,7 @@ use super::types::{Attitude, Brightness, Moment, Orbit, Target};
 use super::value::{epoch, message_for, text_of};
 use crate::astro::attitude::{Profile, Towards};
 use crate::astro::orbit::oem::Ephemeris;
+use crate::object::matter::Material;
 
 const ORBIT: &str = "target[].orbit";
 const ATTITUDE: &str = "target[].attitude";
@@ -214,21 +215,31 @@ impl Target {
     pub fn attitude_keys(&self) -> Option<Json> {
         let mut table = Plain::new();
         self.attitude.as_ref()?.write(&mut table);
-        Some(json(&table.into()))
+        Some(plain_json(&table.into()))
     }
 
-    /// The keys of its materials as they stand in a scene; none if it has no shape or nothing is said.
+    /// What its faces are made of: keys as those of `[target.material]`, by group; by group/material where a group has several.
+    /// None if it has no shape.
     pub fn material_keys(&self) -> Option<Json> {
-        let mut table = Plain::new();
-        self.brightness.write(&mut table);
-        table.get("material").map(json)
+        let Brightness::Shape(shaped) = &self.brightness else { return None };
+        let painted = shaped.built.painted().collect::<Vec<_>>();
+        let entry = |(group, name, material): &(&str, &str, &Material)| {
+            let several = painted.iter().filter(|(other, ..)| other == group).count() > 1;
+            let key = if several { format!("{group}/{name}") } else { (*group).to_owned() };
+            let keys = json!({
+                "brdf": material.model.name(), "diffuse": material.diffuse, "specular": material.specular,
+                "exponent": material.exponent, "roughness": material.roughness,
+            });
+            (key, keys)
+        };
+        Some(painted.iter().map(entry).collect())
     }
 }
 
-fn json(value: &Value) -> Json {
+fn plain_json(value: &Value) -> Json {
     match value {
-        Value::Table(table) => table.iter().map(|(key, value)| (key.clone(), json(value))).collect(),
-        Value::Array(items) => items.iter().map(json).collect(),
+        Value::Table(table) => table.iter().map(|(key, value)| (key.clone(), plain_json(value))).collect(),
+        Value::Array(items) => items.iter().map(plain_json).collect(),
         Value::Float(x) => serde_json::Number::from_f64(*x).map_or(Json::Null, Json::Number),
         Value::Integer(n) => (*n).into(),
         Value::Boolean(flag) => (*flag).into(),
@@ -248,13 +259,22 @@ pub(super) fn path_of<'a>(targets: &'a mut [Target], key: &str) -> Option<&'a mu
     }
 }
 
-/// Reads the files that targets name; they were read once before, when the scene was checked.
-pub(super) fn load_files(targets: &mut [Target]) -> Result<(), String> {
+/// Builds the shapes of targets; what is wrong with them, by key.
+pub(super) fn build_shapes(targets: &mut [Target]) -> Vec<shaped::Wrong> {
+    let mut wrong = Vec::new();
     for (index, target) in targets.iter_mut().enumerate() {
         if let Brightness::Shape(own) = &mut target.brightness {
-            own.built = Arc::new(shaped::build(own).map_err(|why| format!("target.{index}.{why}"))?);
+            match shaped::build(own) {
+                Ok(shape) => own.built = Arc::new(shape),
+                Err((key, why)) => wrong.push((format!("target.{index}.{key}"), why)),
+            }
         }
     }
+    wrong
+}
+
+/// Reads the files that targets name; they were read once before, when the scene was checked.
+pub(super) fn load_files(targets: &mut [Target]) -> Result<(), String> {
     let read = |path: &Path| text_of(path).map_err(|_| path.display().to_string());
     for target in targets {
         match &mut target.orbit {

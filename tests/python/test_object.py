@@ -123,8 +123,8 @@ def test_a_lambert_sphere_has_the_magnitude_of_its_formula(curve):
     y = 2 / 3 * 0.7 * (np.sin(phase) + (np.pi - phase) * np.cos(phase)) / np.pi
     range_m = rows["range_km"] * 1e3
     expected = V_SUN - 2.5 * np.log10(y / range_m**2) + 5 * np.log10(sun_distance_au(rows))
-    # 5120 facets inscribed in the sphere lack 0.1 % of its section
-    assert np.abs(rows["mag_v"] - expected).max() < 3e-3
+    # the satellite's distance from the Sun differs from the Earth's by up to 2.8e-4 au, 6e-4 mag
+    assert np.abs(rows["mag_v"] - expected).max() < 1e-3
     assert np.allclose(
         rows["mag_v"], rows["zeropoint_mag"] - 2.5 * np.log10(rows["flux_e"]), atol=1e-9
     )

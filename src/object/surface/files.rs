@@ -94,7 +94,12 @@ pub const BUILT_IN: [&str; 10] =
 pub fn built_in(name: &str) -> Option<Mesh> {
     Some(match name {
         "box" => primitives::cuboid(DVec3::ONE),
-        "sphere" => primitives::sphere(0.5, 16),
+        "sphere" => {
+            // as large a surface as the round one's: seen from anywhere it has the same section in the mean
+            let inscribed = primitives::sphere(0.5, 16);
+            let factor = (std::f64::consts::PI / inscribed.area()).sqrt();
+            inscribed.scaled(factor)
+        }
         "cylinder" => primitives::cylinder(0.5, 1.0, 128),
         "cone" => primitives::cone(0.5, 0.0, 1.0, 128),
         "torus" => primitives::torus(0.35, 0.15, 96, 48),
@@ -107,12 +112,14 @@ pub fn built_in(name: &str) -> Option<Mesh> {
     })
 }
 
-/// A mesh stretched to an extent along x, y and z \[m\], if one is given; a flat one stays flat.
-pub fn sized(mesh: Mesh, extent: Option<DVec3>) -> Mesh {
-    let Some((extent, (low, high))) = extent.zip(mesh.bounds()) else { return mesh };
-    let own = high - low;
+/// A built-in shape stretched to an extent along x, y and z \[m\], if one is given; a flat one stays flat.
+pub fn built_in_sized(name: &str, extent: Option<DVec3>) -> Option<Mesh> {
+    let mesh = built_in(name)?;
+    let Some((extent, (low, high))) = extent.zip(mesh.bounds()) else { return Some(mesh) };
+    // the corners of a sphere stand out of the round one
+    let own = if name == "sphere" { DVec3::ONE } else { high - low };
     let factor = DVec3::from_array([0, 1, 2].map(|k| if own[k] > 0.0 { extent[k] / own[k] } else { 1.0 }));
-    mesh.transformed(&DMat3::from_diagonal(factor), DVec3::ZERO)
+    Some(mesh.transformed(&DMat3::from_diagonal(factor), DVec3::ZERO))
 }
 
 #[cfg(test)]
@@ -126,7 +133,8 @@ mod tests {
             let faults = super::super::check::faults(&mesh);
             let bad = faults.iter().filter(|f| f.severity() > super::super::fault::Severity::Note);
             assert_eq!(bad.count(), 0, "{name}");
-            let (low, high) = sized(mesh, Some(DVec3::new(1.0, 2.0, 3.0))).bounds().expect("an extent");
+            let sized = built_in_sized(name, Some(DVec3::new(1.0, 2.0, 3.0))).expect(name);
+            let (low, high) = sized.bounds().expect("an extent");
             let size = high - low;
             let flat = size.z == 0.0;
             assert!(
