@@ -3,6 +3,9 @@
 //! Adaptive bisection with the Gauss-Kronrod pair of 7 and 15 nodes (Piessens et al. 1983, QUADPACK): the interval of the
 //! largest error estimate is halved until the sum of the estimates is small enough.
 
+use std::cmp::Ordering;
+use std::collections::BinaryHeap;
+
 /// Nodes of Kronrod's rule on \[0, 1\] from the middle outwards, with its weights and Gauss's (0 where it has no node).
 const NODES: [(f64, f64, f64); 8] = [
     (0.0, 0.209_482_141_084_727_8, 0.417_959_183_673_469_4),
@@ -43,27 +46,48 @@ struct Piece {
 /// # Errors
 /// Whatever `f` says.
 pub fn integrate<E>(points: &[f64], relative: f64, most: usize, f: &mut Integrand<E>) -> Result<Integral, E> {
-    let mut pieces = points
-        .windows(2)
-        .filter(|pair| pair[1] > pair[0])
-        .map(|pair| piece(pair[0], pair[1], f))
-        .collect::<Result<Vec<_>, E>>()?;
+    let pieces = points.windows(2).filter(|pair| pair[1] > pair[0]).map(|pair| piece(pair[0], pair[1], f));
+    let mut pieces = pieces.collect::<Result<BinaryHeap<_>, E>>()?;
     let mut evaluations = 15 * pieces.len();
-    loop {
-        let value: f64 = pieces.iter().map(|p| p.value).sum();
-        let error: f64 = pieces.iter().map(|p| p.error).sum();
-        let worst = (0..pieces.len()).max_by(|i, k| pieces[*i].error.total_cmp(&pieces[*k].error));
-        let enough = error <= relative * value.abs() || evaluations + 30 > most;
-        let Some(worst) = worst.filter(|_| !enough) else {
-            return Ok(Integral { value, error, evaluations });
-        };
-        let Piece { from, to, .. } = pieces.swap_remove(worst);
-        let middle = 0.5 * (from + to);
-        pieces.push(piece(from, middle, f)?);
-        pieces.push(piece(middle, to, f)?);
+    let sums = |pieces: &BinaryHeap<Piece>| {
+        pieces.iter().fold((0.0, 0.0), |(value, error), p| (value + p.value, error + p.error))
+    };
+    let (mut value, mut error): (f64, f64) = sums(&pieces);
+    while error > relative * value.abs() && evaluations + 30 <= most {
+        let Some(worst) = pieces.pop() else { break };
+        let middle = 0.5 * (worst.from + worst.to);
+        (value, error) = (value - worst.value, error - worst.error);
+        for half in [piece(worst.from, middle, f)?, piece(middle, worst.to, f)?] {
+            (value, error) = (value + half.value, error + half.error);
+            pieces.push(half);
+        }
         evaluations += 30;
     }
+    // running sums lose digits
+    let (value, error) = sums(&pieces);
+    Ok(Integral { value, error, evaluations })
 }
+
+/// The piece of the largest error comes first.
+impl Ord for Piece {
+    fn cmp(&self, other: &Self) -> Ordering {
+        self.error.total_cmp(&other.error)
+    }
+}
+
+impl PartialOrd for Piece {
+    fn partial_cmp(&self, other: &Self) -> Option<Ordering> {
+        Some(self.cmp(other))
+    }
+}
+
+impl PartialEq for Piece {
+    fn eq(&self, other: &Self) -> bool {
+        self.cmp(other) == Ordering::Equal
+    }
+}
+
+impl Eq for Piece {}
 
 fn piece<E>(from: f64, to: f64, f: &mut Integrand<E>) -> Result<Piece, E> {
     let (middle, half) = (0.5 * (from + to), 0.5 * (to - from));

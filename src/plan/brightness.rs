@@ -33,6 +33,8 @@ pub const SUN_W_M2: f64 = 1361.0;
 const MOST: usize = 200_000;
 /// An object that turns uniformly more often than this in an exposure is integrated turn by turn.
 const FEW_TURNS: f64 = 12.0;
+/// Turns looked at beyond the first 15 of each piece, at most.
+const MOST_TURNS: usize = 600;
 /// Pieces into which its turns are parted, at most.
 const MOST_PIECES: usize = 256;
 /// Light that stays within this share of its largest is even.
@@ -222,9 +224,11 @@ impl<'a> Glow<'a> {
         let pieces = self.slow_pieces(start, length_s)?;
         let points = (0..=pieces).map(|k| count * k as f64 / pieces as f64 - 0.5).collect::<Vec<_>>();
         let (mut error, mut evaluations, mut middle) = (0.0f64, 0, (f64::INFINITY, Vec::new()));
-        let whole = integrate(&points, 0.5 * relative, MOST, &mut |at, out| {
+        // the errors of single turns are noise to the integral over turns: they must be well below what it looks for
+        let most = 15 * pieces + MOST_TURNS;
+        let whole = integrate(&points, 0.5 * relative, most, &mut |at, out| {
             for (turn, out) in at.iter().zip(out) {
-                let span = self.span(&start.plus(turn * period_s), period_s, 0.25 * relative)?;
+                let span = self.span(&start.plus(turn * period_s), period_s, 0.05 * relative)?;
                 *out = span.mean;
                 error = error.max(span.error);
                 evaluations += span.evaluations;
