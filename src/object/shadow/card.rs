@@ -2,10 +2,11 @@
 
 use super::body::Body;
 use glam::DVec3;
-use std::sync::{Arc, Mutex, PoisonError};
 
 #[cfg(feature = "gpu")]
 use super::gpu::{Epoch, Gpu, Kind, adapters};
+#[cfg(feature = "gpu")]
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// An open graphics processor, shared by all who draw on it.
 #[derive(Debug, Clone)]

@@ -137,10 +137,10 @@ mod tests {
             let (low, high) = sized.bounds().expect("an extent");
             let size = high - low;
             let flat = size.z == 0.0;
-            assert!(
-                (size - DVec3::new(1.0, 2.0, if flat { 0.0 } else { 3.0 })).length() < 1e-12,
-                "{name}: {size}"
-            );
+            // the corners of a sphere of the round one's area stand 0.06 % out of it
+            let margin = if name == "sphere" { 3e-3 } else { 1e-12 };
+            let wanted = DVec3::new(1.0, 2.0, if flat { 0.0 } else { 3.0 });
+            assert!((size - wanted).length() < margin, "{name}: {size}");
         }
         assert!(built_in("teapot").is_none());
     }
