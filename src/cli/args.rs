@@ -217,9 +217,12 @@ pub(super) struct PhotometryArgs {
     /// Place of the target, ICRS degrees RA,DEC
     #[arg(long, value_name = "A,D", allow_hyphen_values = true)]
     pub radec: Option<String>,
-    /// How to measure
-    #[arg(long, value_parser = ["aperture"])]
+    /// How to measure: fit the image, sum an aperture, or fit the stars beside it too
+    #[arg(long, value_parser = ["optimal", "aperture", "joint"])]
     pub method: Option<String>,
+    /// Columns of what the errors are made of
+    #[arg(long)]
+    pub errors: bool,
 }
 
 #[derive(Debug, Args)]

@@ -6,6 +6,7 @@ use crate::astro::direction;
 use crate::io::ecsv::to_ecsv;
 use crate::photometry::{Place, Settings};
 use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
+use crate::scene::Method;
 use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
 use glam::DVec2;
@@ -28,13 +29,21 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         }
         (None, None) => Place::Header,
     };
+    let settings = scene.as_ref().map_or_else(Settings::default, settings);
+    let method = match args.method.as_deref() {
+        Some("optimal") => Method::Optimal,
+        Some("aperture") => Method::Aperture,
+        Some("joint") => Method::Joint,
+        _ => settings.method,
+    };
     let bar = talk.bar(args.frames.len(), "photometry");
     let job = Job {
         frames: &args.frames,
         place,
         scene: scene.as_ref(),
         catalogue: &catalogue,
-        settings: scene.as_ref().map_or_else(Settings::default, settings),
+        settings: Settings { method, ..settings },
+        errors: args.errors,
         done: &|| bar.inc(1),
     };
     let file = global.output.as_ref().map(|dir| dir.join("lightcurve.ecsv"));

@@ -24,6 +24,7 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
             scene: Some(&scene),
             catalogue: &catalogue,
             settings: settings(&scene),
+            errors: false,
             done: &|| bar.inc(1),
         };
         let curve = measure(&job, talk)?;

@@ -9,7 +9,7 @@ use super::growth::{self, Psf};
 use super::rings::{self, Rings};
 use super::segment::Segment;
 use super::single::{self, Aperture};
-use super::zeropoint::{self, MAG_PER_SHARE, StarFlux, ZeroPoint};
+use super::zeropoint::{self, StarFlux, ZeroPoint};
 use glam::DVec2;
 
 /// Most sources used for the point spread function.
@@ -121,12 +121,14 @@ pub fn stars_zero_point(
             // the share's uncertainty is common to all stars: it is added once, below
             let own =
                 (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
-            fluxes.push(StarFlux { mag_v: tracks[*index].mag_v, flux_e: flux.flux_e, flux_err_e: own });
+            let Track { mag_v, colour_bv, .. } = tracks[*index];
+            let place = frame.relative(segment.centre);
+            fluxes.push(StarFlux { mag_v, colour_bv, place, flux_e: flux.flux_e, flux_err_e: own });
         }
     }
     used.sort_by(|a, b| a.radius.total_cmp(&b.radius));
     let typical = used.get(used.len() / 2).map(|a| (*a).clone());
     let common = typical.as_ref().map_or(0.0, |a| a.doubt / a.share);
     let fit = zeropoint::fit(&fluxes, scintillation);
-    (ZeroPoint { err: fit.err.hypot(MAG_PER_SHARE * common), ..fit }, typical)
+    (fit.with_common_error(common), typical)
 }

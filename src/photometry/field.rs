@@ -11,6 +11,8 @@ pub struct FieldStar {
     pub direction: DVec3,
     /// Johnson V magnitude.
     pub mag_v: f64,
+    /// Johnson B - V \[mag\]; NaN if unknown.
+    pub colour_bv: f64,
 }
 
 /// Most stars measured in a frame, the brightest ones.
@@ -23,6 +25,8 @@ pub struct Track {
     pub segment: Segment,
     /// V magnitude.
     pub mag_v: f64,
+    /// B - V \[mag\]; NaN if unknown.
+    pub colour_bv: f64,
     /// Radius within which it spoils a background \[px\].
     pub reach_px: f64,
 }
@@ -32,12 +36,12 @@ pub fn tracks(frame: &Frame, stars: &[FieldStar], fwhm: f64) -> Vec<Track> {
     let mut tracks = stars
         .iter()
         .filter(|s| s.mag_v.is_finite() && s.direction.is_finite())
-        .filter_map(|s| Some((frame.star_segment(s.direction)?, s.mag_v)))
+        .filter_map(|s| Some((frame.star_segment(s.direction)?, s)))
         .filter(|(segment, _)| {
             let reach = segment.half.abs().max_element() + 8.0 * fwhm;
             reach < 1e5 && frame.holds(segment.centre, -reach)
         })
-        .map(|(segment, mag_v)| Track { segment, mag_v, reach_px: 0.0 })
+        .map(|(segment, s)| Track { segment, mag_v: s.mag_v, colour_bv: s.colour_bv, reach_px: 0.0 })
         .collect::<Vec<_>>();
     tracks.sort_by(|a, b| a.mag_v.total_cmp(&b.mag_v));
     let typical = tracks.get(tracks.len() / 2).map_or(0.0, |t| t.mag_v);

@@ -60,6 +60,8 @@ pub struct Frame {
     pub gain_e_adu: f64,
     /// Read noise \[e\]; none: taken from the pixels' scatter.
     pub read_noise_e: Option<f64>,
+    /// Mean dark current of the exposure \[e\], if known.
+    pub dark_e: Option<f64>,
     /// Value at and above which a pixel is saturated \[adu\]; infinite if unknown.
     pub saturate_adu: f64,
     /// Bias level \[adu\]; none: the sky's noise is taken from the pixels' scatter.
@@ -225,6 +227,7 @@ impl Frame {
             exptime_s,
             gain_e_adu,
             read_noise_e: read.finite("RDNOISE").filter(|x| *x >= 0.0),
+            dark_e: read.finite("DARKCUR").filter(|x| *x >= 0.0).map(|rate| rate * exptime_s),
             saturate_adu: read.finite("SATURATE").unwrap_or(f64::INFINITY),
             bias_adu: read.finite("BIASLVL"),
             airmass: read.finite("AIRMASS").filter(|x| *x >= 0.99),
@@ -249,6 +252,12 @@ impl Frame {
         } else {
             f64::NAN
         }
+    }
+
+    /// A place from -1 to 1 from border to border.
+    pub fn relative(&self, place: DVec2) -> DVec2 {
+        let size = DVec2::new(self.width as f64, self.height as f64);
+        (place + 0.5) / size * 2.0 - 1.0
     }
 
     /// True if a place lies on the frame at least `margin` \[px\] inside its border.

@@ -10,9 +10,11 @@
 //! Chi-square is scaled to the best fit's when that exceeds its degrees of freedom.
 
 use super::aperture;
+use super::point_image::{GAUSS, PointImage};
 use super::profile::{Grid, Shape, share};
 use super::rings::{Geometry, POINT_PX, Rings, pixels_around};
 use super::segment::Segment;
+use glam::DVec2;
 
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;
@@ -42,6 +44,13 @@ pub struct Psf {
 pub struct ShareWeights(Vec<f64>);
 
 impl Psf {
+    /// A point spread function that is known.
+    pub fn known(shape: Shape, fwhm_px: f64) -> Self {
+        let grid = Grid::new(fwhm_px, 60.0 * fwhm_px);
+        let components = vec![Component { weight: 1.0, profile: grid.profile(shape, fwhm_px) }];
+        Self { grid, components, fwhm_px, shape }
+    }
+
     /// Weights of the share that an aperture of `radius` about `source` \[px\] collects beyond the light that
     /// the annulus between `inner` and `outer` takes for background. `placed`: the source's place within its pixel
     /// counts, as it does for one target; the average over places serves many stars.
@@ -71,6 +80,53 @@ impl Psf {
             *w -= ratio * (o - i);
         }
         ShareWeights(weights)
+    }
+
+    /// The mean image of the posterior, out to `reach` \[px\].
+    pub fn image(&self, reach: f64) -> PointImage {
+        let mut mean = self.grid.no_weights();
+        for c in &self.components {
+            mean.iter_mut().zip(&c.profile).for_each(|(m, p)| *m += c.weight * p);
+        }
+        PointImage::new(&self.grid, &mean, self.fwhm_px, reach)
+    }
+
+    /// Weights of nothing.
+    pub fn no_weights(&self) -> ShareWeights {
+        ShareWeights(self.grid.no_weights())
+    }
+
+    /// Adds the light of `source` in the pixel at `place`, counted by `share`, as `image` spreads it: exact for a point,
+    /// by quadrature along a trail.
+    pub fn add_pixel(
+        &self,
+        weights: &mut ShareWeights,
+        image: &PointImage,
+        source: &Segment,
+        place: DVec2,
+        share: f64,
+    ) {
+        /// Light from farther along a trail is of no account \[FWHM\].
+        const FAR: f64 = 6.0;
+        let (offset, half, density) = image.seen(source, place);
+        let length = half.length();
+        if length < 0.01 * self.fwhm_px {
+            return self.grid.add_pixel(&mut weights.0, offset.length(), share * density);
+        }
+        let along = half / length;
+        let (s, across) = (offset.dot(along), offset.perp_dot(along));
+        let (from, to) = ((s - length).max(-FAR * self.fwhm_px), (s + length).min(FAR * self.fwhm_px));
+        if to.is_nan() || to <= from {
+            return;
+        }
+        let panels = ((to - from) / self.fwhm_px).ceil().clamp(1.0, 2.0 * FAR);
+        let width = (to - from) / panels;
+        for panel in 0..panels as usize {
+            for (t, w) in GAUSS {
+                let distance = across.hypot(from + width * (panel as f64 + t));
+                self.grid.add_pixel(&mut weights.0, distance, share * density * w * width / (2.0 * length));
+            }
+        }
     }
 
     /// The share by each profile of the posterior.

@@ -1,5 +1,7 @@
 //! From measurements to a light curve: zero points borrowed in time, and the table.
 
+use super::budget::Budget;
+use super::zeropoint::MAG_PER_SHARE;
 use super::{Measurement, flag};
 use crate::astro::angles;
 use crate::astro::time::Instant;
@@ -128,6 +130,26 @@ pub fn table(origin: Origin, measurements: &[Measurement], geometry: Option<&[Ge
     }
     table.ints("flags", measurements.iter().map(|m| i64::from(m.flags)));
     table
+}
+
+/// Adds to a light curve what its errors are made of: those of the flux by cause, of the place, the zero point and
+/// scintillation, and what the measurement was made with.
+pub fn add_errors(table: &mut Table, measurements: &[Measurement]) {
+    let mut floats = |name, unit, f: &dyn Fn(&Measurement) -> f64| {
+        table.floats(name, unit, measurements.iter().map(f));
+    };
+    floats("x_err_px", "pix", &|m| m.place_err_px.x);
+    floats("y_err_px", "pix", &|m| m.place_err_px.y);
+    for (k, (column, _)) in Budget::default().parts().into_iter().enumerate() {
+        floats(column, "electron", &|m| m.budget.parts()[k].1);
+    }
+    floats("err_zeropoint_mag", "mag", &|m| m.zeropoint_err);
+    floats("err_scintillation_mag", "mag", &|m| MAG_PER_SHARE * m.scintillation);
+    floats("place_bias_e", "electron", &|m| m.place_bias_e);
+    floats("chi2_reduced", "", &|m| m.chi2);
+    floats("fwhm_px", "pix", &|m| m.fwhm_px);
+    floats("aperture_px", "pix", &|m| m.aperture_px);
+    table.ints("zeropoint_stars", measurements.iter().map(|m| i64::try_from(m.n_stars).unwrap_or(i64::MAX)));
 }
 
 /// Right ascension and declination of a direction \[deg\].

@@ -19,17 +19,25 @@
 
 pub mod aperture;
 pub mod background;
+pub mod budget;
 mod calibrate;
 pub mod centroid;
 pub mod detect;
+pub mod extract;
 pub mod field;
 pub mod frame;
 pub mod growth;
+mod least_squares;
 pub mod lightcurve;
+pub mod optimal;
+#[cfg(test)]
+mod optimal_tests;
+pub mod point_image;
 pub mod profile;
 pub mod rings;
 pub mod segment;
 mod single;
+pub mod stamp;
 #[cfg(test)]
 mod synthetic;
 #[cfg(test)]
@@ -38,9 +46,12 @@ pub mod zeropoint;
 
 pub use field::FieldStar;
 pub use frame::{Frame, PhotometryError};
-pub use lightcurve::{Geometry, Origin, borrow_zero_points, table};
+pub use lightcurve::{Geometry, Origin, add_errors, borrow_zero_points, table};
 
 use crate::astro::time::Instant;
+use crate::scene::Method;
+use budget::Budget;
+use extract::{Choice, Extraction};
 use field::Track;
 use glam::{DVec2, DVec3};
 use segment::Segment;
@@ -51,6 +62,10 @@ use zeropoint::{MAG_PER_SHARE, ZeroPoint};
 pub mod flag {
     /// A pixel of the aperture is saturated.
     pub const SATURATED: u32 = 1;
+    /// Saturated pixels in a line longer than the image.
+    pub const BLOOMED: u32 = 2;
+    /// A sharp excess of light, left out of the fit.
+    pub const COSMIC_RAY: u32 = 4;
     /// The aperture reaches beyond the frame.
     pub const EDGE: u32 = 8;
     /// A star's trail crosses the aperture.
@@ -68,6 +83,8 @@ pub mod flag {
 /// How to measure.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Settings {
+    /// Estimator of the target's flux; a radius that is asked for makes it an aperture.
+    pub method: Method,
     /// Radius of circles and pills \[px\]; none: the best for each source.
     pub aperture_px: Option<f64>,
     /// Radius in which target and pointing error are searched \[px\]; below 0.5: places are taken as predicted.
@@ -82,7 +99,14 @@ pub struct Settings {
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { aperture_px: None, search_px: 50.0, background_px: 64, min_stars: 5, flat_rms: 0.0 }
+        Self {
+            method: Method::Optimal,
+            aperture_px: None,
+            search_px: 50.0,
+            background_px: 64,
+            min_stars: 5,
+            flat_rms: 0.0,
+        }
     }
 }
 
@@ -112,6 +136,8 @@ pub struct Measurement {
     pub x_px: f64,
     /// Row \[px\].
     pub y_px: f64,
+    /// Standard deviations of the place along x and y \[px\]; NaN where it was taken as predicted.
+    pub place_err_px: DVec2,
     /// Right ascension, astrometric ICRS \[deg\].
     pub ra_deg: f64,
     /// Declination, astrometric ICRS \[deg\].
@@ -120,6 +146,12 @@ pub struct Measurement {
     pub flux_e: f64,
     /// Their standard deviation \[e\].
     pub flux_err_e: f64,
+    /// The same by cause.
+    pub budget: Budget,
+    /// What fitting the place adds to a flux on average, taken off already \[e\].
+    pub place_bias_e: f64,
+    /// Chi-square over degrees of freedom of the fit within the core; NaN for apertures.
+    pub chi2: f64,
     /// V magnitude outside the atmosphere; NaN for a flux that is not positive.
     pub mag_v: f64,
     /// Its standard deviation \[mag\].
@@ -174,10 +206,14 @@ impl Measurement {
             scintillation: 0.0,
             x_px: nan,
             y_px: nan,
+            place_err_px: DVec2::NAN,
             ra_deg: nan,
             dec_deg: nan,
             flux_e: nan,
             flux_err_e: nan,
+            budget: Budget::default(),
+            place_bias_e: 0.0,
+            chi2: nan,
             mag_v: nan,
             mag_err: nan,
             zeropoint_mag: nan,
@@ -260,55 +296,122 @@ pub fn measure(
     row.fwhm_px = psf.fwhm_px;
     row.n_stars = zero_point.n_stars;
     if zero_point.n_stars >= settings.min_stars.max(1) {
-        (row.zeropoint_mag, row.zeropoint_err) = (zero_point.mag, zero_point.err);
+        (row.zeropoint_mag, row.zeropoint_err) = zero_point.at(frame.relative(target.centre));
     } else {
         row.flags |= flag::BORROWED_ZERO_POINT;
     }
 
-    let ladder = |source: &Segment| single::ladder(&psf, source, settings.aperture_px, true);
-    let mut apertures = ladder(&target);
-    let (mut flux, mut aperture) = single::best_flux(frame, &target, &apertures, &near, settings.flat_rms);
-    let mut segment = target;
-    if found.is_some() && (flux.flux_e < 3.0 * flux.err_e || flux.flux_e.is_nan()) {
-        // what was found is nothing: the predicted place is the better one
-        segment = predicted;
-        apertures = ladder(&segment);
-        (flux, aperture) = single::best_flux(frame, &segment, &apertures, &near, settings.flat_rms);
+    let sources = Sources { frame, psf: &psf, near: &near, tracks: &tracks, zero_point: &zero_point, settings };
+    let stars = star_aperture.filter(|_| row.flags & flag::BORROWED_ZERO_POINT == 0);
+    let measured = settings.aperture_px.is_none() && settings.method != Method::Aperture;
+    let measured = measured && sources.fitted(&mut row, &predicted, found, stars.as_ref());
+    if !measured {
+        sources.summed(&mut row, &predicted, found, stars.as_ref());
     }
-    row.set_place(frame, segment.centre);
-    row.set_flux(&flux, aperture);
-    if let Some(star) = star_aperture.filter(|_| row.flags & flag::BORROWED_ZERO_POINT == 0) {
-        row.share_covariance = psf.covariance(&aperture.shares, &star.shares) / (aperture.share * star.share);
+    if row.flux_e.is_nan() || row.flux_e < 3.0 * row.flux_err_e {
+        row.flags |= flag::NOT_DETECTED;
     }
-    row.flags |= crossings(&tracks, &segment, aperture, &zero_point, &flux);
     row.set_magnitude();
     row
+}
+
+/// What a target is measured with.
+struct Sources<'a> {
+    frame: &'a Frame,
+    psf: &'a growth::Psf,
+    near: &'a [Track],
+    tracks: &'a [Track],
+    zero_point: &'a ZeroPoint,
+    settings: &'a Settings,
+}
+
+impl Sources<'_> {
+    /// By the fit of an image, at the place found if there is something, else at the predicted one. False if the pixels do
+    /// not determine a flux.
+    fn fitted(
+        &self,
+        row: &mut Measurement,
+        predicted: &Segment,
+        found: Option<DVec2>,
+        stars: Option<&Aperture>,
+    ) -> bool {
+        let joint = self.settings.method == Method::Joint;
+        let extract = |source: &Segment, free: bool| {
+            let choice = Choice { free, joint, flat_rms: self.settings.flat_rms };
+            extract::extract(self.frame, self.psf, source, self.near, self.zero_point, &choice)
+        };
+        let there = found.and_then(|place| extract(&predicted.at(place), true));
+        let there = there.filter(|e| e.flux_e >= 3.0 * e.budget.total());
+        let Some(e) = there.or_else(|| extract(predicted, false)) else { return false };
+        self.take(row, &e);
+        if let Some(star) = stars {
+            row.share_covariance = self.psf.covariance(&e.shares, &star.shares) / star.share;
+        }
+        let fwhm = self.psf.fwhm_px.hypot(0.68);
+        let source = predicted.at(e.centre);
+        row.flags |= crossings(self.tracks, &source, [2.0 * fwhm, 4.0 * fwhm], self.zero_point, row.flux_err_e);
+        true
+    }
+
+    fn take(&self, row: &mut Measurement, e: &Extraction) {
+        row.set_place(self.frame, e.centre);
+        (row.place_err_px, row.place_bias_e, row.chi2) = (e.centre_sigma, e.place_bias_e, e.chi2);
+        (row.flux_e, row.budget, row.background_e_px) = (e.flux_e, e.budget, e.background_e_px);
+        row.flux_err_e = e.budget.total();
+        row.share = 1.0;
+        row.flags |= e.flags;
+    }
+
+    /// By the sum in the best aperture.
+    fn summed(&self, row: &mut Measurement, predicted: &Segment, found: Option<DVec2>, stars: Option<&Aperture>) {
+        let (frame, settings) = (self.frame, self.settings);
+        let sum = |source: Segment| {
+            let apertures = single::ladder(self.psf, &source, settings.aperture_px, true);
+            let (flux, best) = single::best_flux(frame, &source, &apertures, self.near, settings.flat_rms);
+            (source, flux, best.clone())
+        };
+        let there = found.map(|place| sum(predicted.at(place)));
+        // what was found may be nothing: then the predicted place is the better one
+        let there = there.filter(|(_, flux, _)| flux.flux_e >= 3.0 * flux.err_e);
+        let (source, flux, aperture) = there.unwrap_or_else(|| sum(*predicted));
+        row.set_place(frame, source.centre);
+        row.set_flux(&flux, &aperture);
+        if let Some(star) = stars {
+            row.share_covariance =
+                self.psf.covariance(&aperture.shares, &star.shares) / (aperture.share * star.share);
+        }
+        let radii = [aperture.radius + 0.5 * aperture.fwhm, aperture.annulus[0]];
+        row.flags |= crossings(self.tracks, &source, radii, self.zero_point, flux.err_e);
+    }
 }
 
 impl Measurement {
     fn set_flux(&mut self, flux: &Flux, aperture: &Aperture) {
         (self.flux_e, self.flux_err_e, self.background_e_px) = (flux.flux_e, flux.err_e, flux.background_e_px);
-        (self.aperture_px, self.share) = (aperture.radius, aperture.share);
+        (self.aperture_px, self.share, self.budget) = (aperture.radius, aperture.share, flux.budget);
         self.flags |= flux.flags;
-        if flux.flux_e.is_nan() || flux.flux_e < 3.0 * flux.err_e {
-            self.flags |= flag::NOT_DETECTED;
-        }
     }
 }
 
-/// Flags of stars across the aperture and beside it, as far as their light matters.
-fn crossings(tracks: &[Track], target: &Segment, aperture: &Aperture, zero_point: &ZeroPoint, flux: &Flux) -> u32 {
+/// Flags of stars across the source and beside it, within two radii, as far as their light matters.
+fn crossings(
+    tracks: &[Track],
+    target: &Segment,
+    [across, beside]: [f64; 2],
+    zero_point: &ZeroPoint,
+    err_e: f64,
+) -> u32 {
     let mut flags = 0;
-    for track in field::around(tracks, target, aperture.annulus[0], None) {
+    for track in field::around(tracks, target, beside, None) {
         let light = 10f64.powf(0.4 * (zero_point.mag - track.mag_v));
-        if light < 0.1 * flux.err_e {
+        if light < 0.1 * err_e {
             continue;
         }
         let gap = track.segment.gap(target);
-        if gap < aperture.radius + 0.5 * aperture.fwhm && track.segment.length() > 1.0 {
+        if gap < across && track.segment.length() > 1.0 {
             flags |= flag::TRAIL_CROSSING;
         }
-        if gap < aperture.annulus[0] {
+        if gap < beside {
             flags |= flag::NEIGHBOUR;
         }
     }

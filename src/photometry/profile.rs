@@ -169,6 +169,14 @@ impl Grid {
         vec![0.0; 2 * self.nodes.len()]
     }
 
+    /// The light of a point in a pixel `distance` \[px\] from it, for a profile on this grid \[1/px\].
+    pub fn light(&self, profile: &[f64], distance: f64) -> f64 {
+        let above = self.nodes.partition_point(|r| *r <= distance);
+        let start = (above.saturating_sub(1) & !1).min(self.nodes.len() - 3);
+        let basis = quadratic(&self.nodes[start..start + 3], distance);
+        basis.iter().zip(profile.get(start..).unwrap_or_default()).map(|(b, p)| b * p).sum()
+    }
+
     /// Adds to `weights` the light of a point in a pixel `distance` \[px\] from it that counts by `share`.
     pub fn add_pixel(&self, weights: &mut [f64], distance: f64, share: f64) {
         let above = self.nodes.partition_point(|r| *r <= distance);

@@ -1,6 +1,7 @@
 //! The flux of a single source: a ladder of apertures, the best of them, and the sum in it.
 
 use super::aperture;
+use super::budget::{Budget, PixelNoise};
 use super::field::{self, Track};
 use super::flag;
 use super::frame::Frame;
@@ -108,6 +109,8 @@ pub struct Flux {
     pub flux_e: f64,
     /// Standard deviation \[e\].
     pub err_e: f64,
+    /// The same by cause.
+    pub budget: Budget,
     /// Background \[e/px\].
     pub background_e_px: f64,
     /// Bits of [`flag`].
@@ -122,14 +125,19 @@ pub fn flux(frame: &Frame, segment: &Segment, aperture: &Aperture, beside: &[Tra
     let sum = aperture::sum(frame, segment, aperture.radius);
     let sky_variance = background_variance(frame, &local);
     let light = (sum.adu - local.mean_adu * sum.area_px) * gain;
-    let sky = sky_variance * (sum.square_px + sum.area_px.powi(2) / local.n.max(1) as f64);
-    let flux_e = light / aperture.share;
-    let relative = (aperture.doubt / aperture.share).powi(2) + flat_rms.powi(2) / aperture.spread_px;
-    let variance = (light.max(0.0) + sky) / aperture.share.powi(2) + relative * flux_e * flux_e;
+    let share = aperture.share;
+    let flux_e = light / share;
+    let noise = PixelNoise::divided(sky_variance, gain, frame.read_noise_e, frame.dark_e);
+    let budget = Budget {
+        background: sum.area_px * (sky_variance / local.n.max(1) as f64).sqrt() / share,
+        share: flux_e.abs() * aperture.doubt / share,
+        flat: flux_e.abs() * flat_rms / aperture.spread_px.sqrt(),
+        ..noise.weighted(sum.square_px / (share * share), light.max(0.0) / (share * share))
+    };
     let told = [(sum.saturated, flag::SATURATED), (sum.cut, flag::EDGE), (sum.bad > 0, flag::BAD_PIXEL)];
     let flags = told.into_iter().filter(|(there, _)| *there).map(|(_, bit)| bit).sum();
     let background_e_px = (local.mean_adu - frame.bias_adu.unwrap_or(0.0)) * gain;
-    Flux { flux_e, err_e: variance.sqrt(), background_e_px, flags, sky_variance }
+    Flux { flux_e, err_e: budget.total(), budget, background_e_px, flags, sky_variance }
 }
 
 /// The flux in the aperture of the ladder that measures it best, judged from a first flux in a middling one.

@@ -52,6 +52,7 @@ pub fn blank(width: usize, height: usize, value: f32) -> Frame {
         exptime_s: 5.0,
         gain_e_adu: 1.5,
         read_noise_e: Some(10.0),
+        dark_e: None,
         saturate_adu: 65_535.0,
         bias_adu: Some(1000.0),
         airmass: None,

@@ -30,7 +30,7 @@ fn field(trail: DVec2, absent: usize, seed: u64) -> Field {
         let (column, row) = ((i % 3) as f64, (i / 3) as f64);
         let pixel = DVec2::new(80.0 + 195.0 * column + 50.0 * draw(0), 40.0 + 115.0 * row + 50.0 * draw(1));
         let mag_v = 8.0 + 3.5 * draw(2);
-        let star = FieldStar { direction: frame.wcs.sky(pixel), mag_v };
+        let star = FieldStar { direction: frame.wcs.sky(pixel), mag_v, colour_bv: f64::NAN };
         let segment = frame.star_segment(star.direction).expect("on the frame");
         stars.push(star);
         let clear = segment.gap(&Segment::point(DVec2::splat(SIZE as f64 / 2.0))) > 40.0;
@@ -141,7 +141,7 @@ fn time_of_a_full_frame() {
         let draw = |k: u32| uniform(place.block(i, k)[0]);
         let pixel = DVec2::new(draw(0), draw(1)) * size as f64;
         let mag_v = 7.0 + 4.5 * draw(2);
-        stars.push(FieldStar { direction: frame.wcs.sky(pixel), mag_v });
+        stars.push(FieldStar { direction: frame.wcs.sky(pixel), mag_v, colour_bv: f64::NAN });
         let segment = frame.star_segment(stars[i as usize].direction).expect("on the frame");
         sources.push(Source { segment, flux_e: 10f64.powf(0.4 * (ZERO_POINT - mag_v)) });
     }
@@ -231,7 +231,8 @@ fn a_trailed_target_among_pointlike_stars_is_measured_as_a_pill() {
 #[test]
 fn extremes_give_flags_and_no_panic() {
     let settings = Settings::default();
-    let star = |dx: f64| FieldStar { direction: crate::astro::direction(1.4 + dx, 0.1), mag_v: 9.0 };
+    let star =
+        |dx: f64| FieldStar { direction: crate::astro::direction(1.4 + dx, 0.1), mag_v: 9.0, colour_bv: f64::NAN };
     let odd = [star(0.0), star(1e-4), star(f64::NAN), star(3.0), FieldStar { mag_v: f64::NAN, ..star(0.0) }];
     for (width, height, value) in
         [(1, 1, 0.0), (3, 2, f32::NAN), (60, 50, f32::INFINITY), (40, 40, 1000.0), (0, 0, 0.0)]
@@ -276,6 +277,6 @@ fn saturation_edges_crossings_and_bad_pixels_are_flagged() {
     frame.data[60 * 120 + 60] = 65_535.0;
     assert_eq!(measured(&frame, &[], middle.centre) & flag::SATURATED, flag::SATURATED);
     let trailed = Frame { track_rad_s: rate(DVec2::new(50.0, 0.0), 5.0), ..frame };
-    let star = FieldStar { direction: trailed.wcs.sky(DVec2::new(70.0, 61.0)), mag_v: 8.0 };
+    let star = FieldStar { direction: trailed.wcs.sky(DVec2::new(70.0, 61.0)), mag_v: 8.0, colour_bv: f64::NAN };
     assert_eq!(measured(&trailed, &[star], middle.centre) & 48, flag::TRAIL_CROSSING | flag::NEIGHBOUR);
 }

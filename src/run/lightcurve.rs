@@ -10,7 +10,7 @@ use crate::light::colour::StarLight;
 use crate::light::throughput::Throughput;
 use crate::photometry::Origin;
 use crate::photometry::{
-    FieldStar, Frame, Geometry, Measurement, Place, Settings, borrow_zero_points, measure, table,
+    FieldStar, Frame, Geometry, Measurement, Place, Settings, add_errors, borrow_zero_points, measure, table,
 };
 use crate::plan::planner::Planner;
 use crate::plan::view::View;
@@ -33,6 +33,8 @@ pub struct Job<'j> {
     pub catalogue: &'j Catalogue,
     /// How to measure.
     pub settings: Settings,
+    /// Whether the table tells what the errors are made of.
+    pub errors: bool,
     /// Called when a frame is measured.
     pub done: &'j (dyn Fn() + Sync),
 }
@@ -50,6 +52,7 @@ pub struct LightCurve {
 pub fn settings(scene: &Scene) -> Settings {
     let p = &scene.photometry;
     Settings {
+        method: p.method,
         aperture_px: p.aperture_px,
         search_px: p.search_px,
         background_px: p.background_px,
@@ -81,6 +84,9 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     borrow_zero_points(&mut measurements);
     let geometry = geometry.into_iter().collect::<Option<Vec<_>>>();
     let mut table = table(Origin::Measured, &measurements, geometry.as_deref());
+    if job.errors {
+        add_errors(&mut table, &measurements);
+    }
     if let Some(scene) = job.scene {
         super::model_curve::known(scene, &mut table);
     }
@@ -166,7 +172,11 @@ fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight) -> Vec<F
     let years = frame.time.julian_year() - catalogue.epoch();
     let star = |s: &crate::stars::catalogue::CatalogueStar| {
         let colour = light.at(s.colour_bv, TYPICAL_AIRMASS) / light.solar().at(TYPICAL_AIRMASS);
-        FieldStar { direction: moved(s, years), mag_v: s.mag_v + mag_from_flux(colour) }
+        FieldStar {
+            direction: moved(s, years),
+            mag_v: s.mag_v + mag_from_flux(colour),
+            colour_bv: s.colour_bv.unwrap_or(f64::NAN),
+        }
     };
     catalogue.cone(centre, 1.1 * radius, f64::INFINITY).iter().map(star).collect()
 }

@@ -223,8 +223,8 @@ pub(super) static KEYS: &[Key] = &[
     key("stars.random_seed", Int(0, i64::MAX), "", Is("1"), "of the random stars"),
 
     table("photometry", Section, "how light curves are measured from frames"),
-    key("photometry.method", Word(&["aperture"], &["optimal", "joint"]), "", Is("\"aperture\""), "estimator of the flux"),
-    key("photometry.aperture_px", WordOrReal(&["auto"], &[], 0.5, 10_000.0), "px", Is("\"auto\""), "radius; a pill where something trails"),
+    key("photometry.method", Word(&["optimal", "aperture", "joint"], &[]), "", Is("\"optimal\""), "estimator of the flux: a fit of the image, a sum, a fit together with the stars beside"),
+    key("photometry.aperture_px", WordOrReal(&["auto"], &[], 0.5, 10_000.0), "px", Is("\"auto\""), "radius; a pill where something trails; a number asks for an aperture, whatever the method"),
     key("photometry.search_px", Above(0.0, 1e5), "px", Is("50.0"), "about the place predicted, or the frame's centre"),
     key("photometry.background_px", Int(4, 65_536), "px", Is("64"), "mesh of the background"),
     key("photometry.min_stars", Int(1, 1_000_000), "", Is("5"), "fewer: zero point borrowed from neighbours in time, flagged"),

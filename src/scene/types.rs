@@ -409,7 +409,7 @@ pub struct Stars {
 pub struct Photometry {
     /// The estimator of the flux.
     pub method: Method,
-    /// Radius of the aperture, pixels; none = chosen from the image.
+    /// Radius of the aperture, pixels, which makes the estimator a sum; none = chosen from the image.
     pub aperture_px: Option<f64>,
     /// Search radius about the place predicted, or the frame's centre, pixels.
     pub search_px: f64,
@@ -422,11 +422,11 @@ pub struct Photometry {
 /// Estimator of a flux.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Method {
-    /// Matched filter with the fitted PSF.
+    /// The fit of an image to the pixels: the least variance there can be.
     Optimal,
     /// Sum within an aperture.
     Aperture,
-    /// One fit to several frames.
+    /// The fit of the target's image and those of the stars beside it.
     Joint,
 }
 
