@@ -223,6 +223,70 @@ pub(super) struct PhotometryArgs {
     /// Columns of what the errors are made of
     #[arg(long)]
     pub errors: bool,
+    #[command(flatten)]
+    pub instead: HeaderArgs,
+    #[command(flatten)]
+    pub calibration: CalibrationArgs,
+}
+
+/// What counts in place of a frame's header.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "In place of the header")]
+pub(super) struct HeaderArgs {
+    /// Gain [e-/adu]
+    #[arg(long, value_name = "E_ADU")]
+    pub gain: Option<f64>,
+    /// Read noise [e-]
+    #[arg(long, value_name = "E")]
+    pub read_noise: Option<f64>,
+    /// Level from which a pixel is saturated [adu]
+    #[arg(long, value_name = "ADU")]
+    pub saturate: Option<f64>,
+    /// Bias level [adu]
+    #[arg(long, value_name = "ADU", allow_hyphen_values = true)]
+    pub bias: Option<f64>,
+    /// Exposure time [s]
+    #[arg(long, value_name = "S")]
+    pub exptime: Option<f64>,
+    /// Start of the exposure, UTC, ISO 8601
+    #[arg(long, value_name = "UTC")]
+    pub time: Option<String>,
+    /// Side of a pixel on the sky [arcsec]
+    #[arg(long, value_name = "ARCSEC")]
+    pub pixel_scale: Option<f64>,
+    /// Position angle of the frame's +y, from north through east [deg]
+    #[arg(long, value_name = "DEG", allow_hyphen_values = true)]
+    pub rotation: Option<f64>,
+    /// The frame is a mirror image: with +y to the north, +x goes east
+    #[arg(long)]
+    pub mirrored: bool,
+    /// Width of a point's image, FWHM [arcsec]
+    #[arg(long, value_name = "ARCSEC")]
+    pub seeing: Option<f64>,
+    /// Diameter of the telescope [mm]
+    #[arg(long, value_name = "MM")]
+    pub aperture_mm: Option<f64>,
+    /// Height of the site above the sea [m]
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    pub elevation: Option<f64>,
+    /// Rate of the frame among the stars, dRA/dt cos Dec and dDec/dt [arcsec/s]
+    #[arg(long, value_name = "RA,DEC", allow_hyphen_values = true)]
+    pub track: Option<String>,
+}
+
+/// Calibration frames.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Calibration frames, raw ones or a master")]
+pub(super) struct CalibrationArgs {
+    /// Bias frames
+    #[arg(long, value_name = "FRAME", num_args = 1..)]
+    pub biases: Vec<PathBuf>,
+    /// Dark frames
+    #[arg(long, value_name = "FRAME", num_args = 1..)]
+    pub darks: Vec<PathBuf>,
+    /// Flat frames
+    #[arg(long, value_name = "FRAME", num_args = 1..)]
+    pub flats: Vec<PathBuf>,
 }
 
 #[derive(Debug, Args)]

@@ -1,11 +1,13 @@
 //! `nightglass photometry`, and the measurement that `run` shares.
 
-use super::args::{Global, PhotometryArgs};
+use super::args::{Global, HeaderArgs, PhotometryArgs};
 use super::talk::{Failure, Talk, load, print, print_json, write_new};
 use crate::astro::direction;
 use crate::io::ecsv::to_ecsv;
+use crate::photometry::header::Overrides;
 use crate::photometry::{Place, Settings};
 use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
+use crate::run::masters::CalibrationFiles;
 use crate::scene::Method;
 use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
@@ -36,6 +38,11 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         Some("joint") => Method::Joint,
         _ => settings.method,
     };
+    let overrides = overrides(&args.instead)?;
+    let files = &args.calibration;
+    let files =
+        CalibrationFiles { bias: files.biases.clone(), dark: files.darks.clone(), flat: files.flats.clone() };
+    let masters = files.masters(&overrides)?;
     let bar = talk.bar(args.frames.len(), "photometry");
     let job = Job {
         frames: &args.frames,
@@ -44,6 +51,12 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         catalogue: &catalogue,
         settings: Settings { method, ..settings },
         errors: args.errors,
+        overrides: overrides.clone(),
+        masters,
+        told: &|path, what, warning| {
+            let text = format!("{}: {what}", path.display());
+            if warning { talk.say(&text) } else { talk.detail(&text) }
+        },
         done: &|| bar.inc(1),
     };
     let file = global.output.as_ref().map(|dir| dir.join("lightcurve.ecsv"));
@@ -60,6 +73,26 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
             Ok(())
         }
     }
+}
+
+/// What counts in place of the headers.
+fn overrides(args: &HeaderArgs) -> Result<Overrides, Failure> {
+    Ok(Overrides {
+        gain_e_adu: args.gain,
+        read_noise_e: args.read_noise,
+        saturate_adu: args.saturate,
+        bias_adu: args.bias,
+        exptime_s: args.exptime,
+        time_utc: args.time.clone(),
+        pixel_scale_arcsec: args.pixel_scale,
+        rotation_deg: args.rotation,
+        mirrored: args.mirrored.then_some(true),
+        seeing_arcsec: args.seeing,
+        aperture_mm: args.aperture_mm,
+        elevation_m: args.elevation,
+        pointing_deg: None,
+        track_arcsec_s: args.track.as_deref().map(|text| pair("--track", text)).transpose()?,
+    })
 }
 
 /// Measure, and tell what came out.

@@ -5,6 +5,7 @@ use super::photometry::measure;
 use super::render::produce;
 use super::talk::{Failure, Talk, load, print_json};
 use crate::photometry::Place;
+use crate::photometry::header::Overrides;
 use crate::run::lightcurve::{Job, settings};
 use crate::run::tables;
 use crate::simulate::{SimulateError, catalogue};
@@ -25,6 +26,9 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
             catalogue: &catalogue,
             settings: settings(&scene),
             errors: false,
+            overrides: Overrides::default(),
+            masters: None,
+            told: &|_, _, _| (),
             done: &|| bar.inc(1),
         };
         let curve = measure(&job, talk)?;

@@ -52,6 +52,14 @@ impl Keywords {
         }
     }
 
+    /// A logical; none if the keyword is missing or of another type.
+    pub fn flag(&self, keyword: &str) -> Option<bool> {
+        match self.0.first(keyword)? {
+            Value::Logical(b) => Some(b),
+            _ => None,
+        }
+    }
+
     /// A string without trailing blanks; none if the keyword is missing or of another type.
     pub fn text(&self, keyword: &str) -> Option<String> {
         match self.0.first(keyword)? {

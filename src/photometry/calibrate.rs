@@ -25,6 +25,9 @@ const SHIFT_STARS: usize = 12;
 
 /// Stars at their places on the frame, and the common offset applied to them.
 pub fn shifted(frame: &Frame, mut tracks: Vec<Track>, fwhm: f64, settings: &Settings) -> (Vec<Track>, DVec2) {
+    if frame.solved {
+        return (tracks, DVec2::ZERO);
+    }
     let whole = tracks.iter().filter(|t| {
         let (s, margin) = (t.segment, 2.0 * fwhm);
         frame.holds(s.centre - s.half, margin) && frame.holds(s.centre + s.half, margin)

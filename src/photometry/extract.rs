@@ -112,7 +112,7 @@ pub fn extract(
             fitted = fit(&stamp, &source)?;
         }
     }
-    Some(told(&stamp, &fitted, psf, &source, centre_sigma, choice))
+    Some(told(&stamp, &fitted, psf, &source, centre_sigma, choice, frame.masters_flat_rms))
 }
 
 fn told(
@@ -122,13 +122,14 @@ fn told(
     source: &Segment,
     centre_sigma: DVec2,
     choice: &Choice,
+    masters_flat_rms: f64,
 ) -> Extraction {
     let mut budget = fitted.budget;
     let known = budget.total();
     let place_bias_e = if centre_sigma.is_finite() { optimal::place_bias(fitted.flux_e, known) } else { 0.0 };
     let flux_e = fitted.flux_e - place_bias_e;
     budget.share = flux_e.abs() * psf.covariance(&fitted.shares, &fitted.shares).max(0.0).sqrt();
-    budget.flat = flux_e.abs() * choice.flat_rms / fitted.spread_px.sqrt();
+    budget.flat = flux_e.abs() * choice.flat_rms.hypot(masters_flat_rms) / fitted.spread_px.sqrt();
     let told = [
         (stamp.saturated > 0, flag::SATURATED),
         (stamp.bloomed, flag::BLOOMED),

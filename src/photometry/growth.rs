@@ -15,6 +15,7 @@ use super::profile::{Grid, Shape, share};
 use super::rings::{Geometry, POINT_PX, Rings, pixels_around};
 use super::segment::Segment;
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Uncertainty of the light outside an aperture that no family describes, as a share of that light.
 pub const WING_FLOOR: f64 = 0.01;
@@ -153,6 +154,8 @@ struct Fit<'a> {
     grid: Grid,
     sources: Vec<(&'a Rings, usize, Vec<f64>)>,
     geometries: Vec<Geometry>,
+    /// Whether there are points, and trails.
+    kinds: [bool; 2],
     expected: (f64, f64),
 }
 
@@ -163,7 +166,7 @@ impl Fit<'_> {
 
     /// chi-square of a profile, the expectation of its width included.
     fn chi2(&self, shape: Shape, fwhm: f64) -> f64 {
-        let shares = self.ring_shares(&self.grid.profile(shape, fwhm));
+        let shares = self.ring_shares(&self.grid.profile_of(shape, fwhm, self.kinds));
         let sources = self.sources.iter().map(|(rings, class, weights)| {
             rings.solve(&shares[*class], &self.geometries[*class].area, weights).2.iter().sum::<f64>()
         });
@@ -180,7 +183,7 @@ impl Fit<'_> {
         let grid = (0..=steps).map(|i| middle - half + 2.0 * half * f64::from(i) / f64::from(steps));
         let best = grid.map(|x| (x, chi2(x))).fold((middle, f64::INFINITY), |a, b| if b.1 < a.1 { b } else { a });
         let h = 2.0 * half / f64::from(steps);
-        let (x, y) = golden(best.0 - h, best.0 + h, 12, chi2);
+        let (x, y) = summit(best, h, chi2);
         let d = (0.02 * h).max(1e-3);
         let curvature = (chi2(x + d) - 2.0 * y + chi2(x - d)) / (d * d);
         let sigma = if curvature > 0.0 { (2.0 / curvature).sqrt() } else { self.expected.1 };
@@ -226,6 +229,25 @@ impl Fit<'_> {
     }
 }
 
+/// The minimum of `f` near its value at `best`, by parabolas through three points `h` apart, each narrower than the last:
+/// (place, value).
+fn summit(mut best: (f64, f64), mut h: f64, f: impl Fn(f64) -> f64) -> (f64, f64) {
+    let start = best.0;
+    let reach = h;
+    for _ in 0..3 {
+        let (below, above) = (f(best.0 - h), f(best.0 + h));
+        let curvature = below - 2.0 * best.1 + above;
+        let step = if curvature > 0.0 { 0.5 * h * (below - above) / curvature } else { h.copysign(below - above) };
+        let step = step.clamp(-h, h);
+        let there = (best.0 + step).clamp(start - reach, start + reach);
+        let tried = [(best.0 - h, below), (best.0 + h, above), (there, f(there))];
+        let lowest = tried.into_iter().fold(best, |a, b| if b.1 < a.1 { b } else { a });
+        best = (lowest.0.clamp(start - reach, start + reach), lowest.1);
+        h *= 0.2;
+    }
+    best
+}
+
 /// Golden-section minimum of `f` between `a` and `b` in `steps` steps: (place, value).
 fn golden(mut a: f64, mut b: f64, steps: usize, f: impl Fn(f64) -> f64) -> (f64, f64) {
     const G: f64 = 0.618_033_988_749_895;
@@ -264,7 +286,8 @@ pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -
     }
     let flat = |s: &Rings| s.area_px.iter().map(|a| if *a > 0.0 { 1.0 / a } else { 0.0 }).collect::<Vec<_>>();
     let sources = sources.iter().zip(classes).map(|(s, class)| (s, class, flat(s))).collect();
-    let mut fit = Fit { grid, sources, geometries, expected };
+    let kinds = [lengths.iter().any(|l| *l < POINT_PX), lengths.iter().any(|l| *l >= POINT_PX)];
+    let mut fit = Fit { grid, sources, geometries, kinds, expected };
     let seed = Shape::Moffat { inverse_beta: 0.25 };
     let mut fwhm = expected.0;
     for span in [3.0, 1.5] {
@@ -278,9 +301,9 @@ pub fn fit(sources: &[Rings], edges: &[f64], expected: (f64, f64), reach: f64) -
 fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
     let moffat = |q: f64| Shape::Moffat { inverse_beta: q.clamp(0.0, MAX_INVERSE_BETA) };
     let coarse = |fit: &Fit, fwhm: f64| {
-        let q = (0..=6).map(|i| 0.1 * f64::from(i));
-        let tried = q.map(|q| (q, fit.width(moffat(q), fwhm, 1.3)));
-        tried.fold((0.25, (fwhm, f64::INFINITY, 0.1)), |a, b| if b.1.1 < a.1.1 { b } else { a })
+        let tried = (0..=6).into_par_iter().map(|i| 0.1 * f64::from(i));
+        let tried = tried.map(|q| (q, fit.width(moffat(q), fwhm, 1.3))).collect::<Vec<_>>();
+        tried.into_iter().fold((0.25, (fwhm, f64::INFINITY, 0.1)), |a, b| if b.1.1 < a.1.1 { b } else { a })
     };
     for _ in 0..2 {
         let (q, (width, ..)) = coarse(&fit, fwhm);
@@ -311,12 +334,12 @@ fn posterior(mut fit: Fit, mut fwhm: f64) -> Psf {
     let high = (q + 3.0 * sigma).min(MAX_INVERSE_BETA);
     const NODES: usize = 7;
     let step = (high - low) / (NODES - 1) as f64;
-    let mut members = Vec::new();
-    for i in 0..NODES {
+    let member = |i: usize| {
         let shape = moffat(low + step * i as f64);
         // each node stands for its part of the prior, uniform in 1/beta
-        members.push((shape, fit.width(shape, fwhm, 1.15), step / MAX_INVERSE_BETA));
-    }
+        (shape, fit.width(shape, fwhm, 1.15), step / MAX_INVERSE_BETA)
+    };
+    let mut members = (0..NODES).into_par_iter().map(member).collect::<Vec<_>>();
     members.push((Shape::Kolmogorov, kolmogorov, 1.0));
     let least = members.iter().map(|m| m.1.1).fold(f64::INFINITY, f64::min);
     let mut components = Vec::new();

@@ -18,6 +18,7 @@
 //!    `0.09 D^(-2/3) X^1.75 exp(-h / 8000 m) / sqrt(2 t)`, D in cm, which the flux of this one exposure includes.
 
 pub mod aperture;
+pub mod astrometry;
 pub mod background;
 pub mod budget;
 mod calibrate;
@@ -27,16 +28,23 @@ pub mod extract;
 pub mod field;
 pub mod frame;
 pub mod growth;
+pub mod header;
 mod least_squares;
 pub mod lightcurve;
+pub mod master;
 pub mod optimal;
 #[cfg(test)]
 mod optimal_tests;
+pub mod period;
 pub mod point_image;
 pub mod profile;
+pub mod reduce;
+#[cfg(test)]
+mod reduce_tests;
 pub mod rings;
 pub mod segment;
 mod single;
+pub mod solve;
 pub mod stamp;
 #[cfg(test)]
 mod synthetic;

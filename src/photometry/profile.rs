@@ -72,8 +72,8 @@ impl Ready {
 
 /// FWHM of the Kolmogorov profile in units of lambda/r0.
 const KOLMOGOROV_FWHM: f64 = 0.975_54;
-/// Table in t = asinh(r / 0.3) of ln(intensity), r in FWHM.
-const TABLE_STEPS: usize = 800;
+/// Table in t = asinh(r / 0.3) of ln(intensity), r in FWHM, between whose values runs a cubic.
+const TABLE_STEPS: usize = 200;
 const TABLE_END: f64 = 20.0;
 const TABLE_SOFT: f64 = 0.3;
 
@@ -84,12 +84,14 @@ fn kolmogorov(r: f64) -> f64 {
     }
     let table = TABLE.get_or_init(|| {
         let step = (TABLE_END / TABLE_SOFT).asinh() / TABLE_STEPS as f64;
-        (0..=TABLE_STEPS + 1).map(|i| kolmogorov_reference((i as f64 * step).sinh() * TABLE_SOFT).ln()).collect()
+        (0..=TABLE_STEPS + 2).map(|i| kolmogorov_reference((i as f64 * step).sinh() * TABLE_SOFT).ln()).collect()
     });
     let t = (r / TABLE_SOFT).asinh() / (TABLE_END / TABLE_SOFT).asinh() * TABLE_STEPS as f64;
     let i = (t as usize).min(TABLE_STEPS);
-    let part = t - i as f64;
-    (table[i] * (1.0 - part) + table[i + 1] * part).exp()
+    let u = t - i as f64;
+    // even about the middle
+    let [a, b, c, d] = [table[if i == 0 { 1 } else { i - 1 }], table[i], table[i + 1], table[i + 2]];
+    (b + 0.5 * u * (c - a + u * (2.0 * a - 5.0 * b + 4.0 * c - d + u * (3.0 * (b - c) + d - a)))).exp()
 }
 
 /// The first two terms of the wings, from the powers f^(5/3) and f^(10/3) of the transfer function.
@@ -145,6 +147,11 @@ impl Grid {
     /// Surface brightness \[1/px^2\] at the grid's radii of a profile of `fwhm` \[px\], blurred by one box (what a
     /// pixel collects) and then, as many values again, by two (what weighted pixels sum to on average).
     pub fn profile(&self, shape: Shape, fwhm: f64) -> Vec<f64> {
+        self.profile_of(shape, fwhm, [true; 2])
+    }
+
+    /// The same for points, for trails, or for both; what is not asked for is 0.
+    pub fn profile_of(&self, shape: Shape, fwhm: f64, kinds: [bool; 2]) -> Vec<f64> {
         // three points an axis with the second and fourth moment of one box, 1/12 and 1/80, and of two, 1/6 and
         // 1/15
         const ONE: [(f64, f64); 3] = three_points(0.387_298_334_620_742, 5.0 / 18.0);
@@ -161,7 +168,13 @@ impl Grid {
             let row = |dy: f64| rule.iter().map(|(dx, w)| w * plain((x + dx).hypot(y + dy))).sum::<f64>();
             rule.iter().map(|(dy, w)| w * row(*dy)).sum()
         };
-        [&ONE, &TWO].into_iter().flat_map(|rule| self.nodes.iter().map(|r| blurred(*r, rule))).collect()
+        let mut profile = self.no_weights();
+        let n = self.nodes.len();
+        for (half, (rule, _)) in [&ONE, &TWO].into_iter().zip(kinds).enumerate().filter(|(_, (_, asked))| *asked) {
+            let values = profile[half * n..].iter_mut().zip(&self.nodes);
+            values.for_each(|(value, r)| *value = blurred(*r, rule));
+        }
+        profile
     }
 
     /// Weights of nothing.

@@ -69,6 +69,8 @@ pub struct Look {
     pub background_adu: f64,
     /// Variance of a background pixel \[e^2\].
     pub sky_variance: f64,
+    /// Light within 1.5 FWHM \[e\].
+    pub light_e: f64,
     /// Signal-to-noise ratio within 1.5 FWHM.
     pub snr: f64,
     /// A pixel is saturated.
@@ -86,7 +88,14 @@ pub fn look(frame: &Frame, segment: &Segment, fwhm: f64, beside: &[Track]) -> Lo
     let sky_variance = background_variance(frame, &local);
     let light = (sum.adu - local.mean_adu * sum.area_px) * frame.gain_e_adu;
     let snr = light / (light.max(0.0) + sky_variance * sum.square_px).sqrt();
-    Look { background_adu: local.mean_adu, sky_variance, snr, saturated: sum.saturated, cut: sum.cut }
+    Look {
+        background_adu: local.mean_adu,
+        sky_variance,
+        light_e: light,
+        snr,
+        saturated: sum.saturated,
+        cut: sum.cut,
+    }
 }
 
 /// Variance of a background pixel \[e^2\]: that of the scatter seen, or if the bias is known at least that of the
@@ -95,7 +104,8 @@ fn background_variance(frame: &Frame, local: &aperture::Local) -> f64 {
     let gain = frame.gain_e_adu;
     let seen = (local.sigma_adu * gain).powi(2);
     let model = frame.bias_adu.zip(frame.read_noise_e).map(|(bias, read_noise)| {
-        ((local.mean_adu - bias) * gain).max(0.0) + read_noise * read_noise + gain * gain / 12.0
+        let light = ((local.mean_adu - bias) * gain).max(0.0);
+        light + read_noise * read_noise + gain * gain / 12.0 + frame.masters_variance_e2
     });
     // the scatter of n pixels is known to 1/sqrt(2n): it overrules the model beyond 3 of these
     let known_to = 1.0 + 3.0 * (2.0 / local.n.max(1) as f64).sqrt();
@@ -131,7 +141,7 @@ pub fn flux(frame: &Frame, segment: &Segment, aperture: &Aperture, beside: &[Tra
     let budget = Budget {
         background: sum.area_px * (sky_variance / local.n.max(1) as f64).sqrt() / share,
         share: flux_e.abs() * aperture.doubt / share,
-        flat: flux_e.abs() * flat_rms / aperture.spread_px.sqrt(),
+        flat: flux_e.abs() * flat_rms.hypot(frame.masters_flat_rms) / aperture.spread_px.sqrt(),
         ..noise.weighted(sum.square_px / (share * share), light.max(0.0) / (share * share))
     };
     let told = [(sum.saturated, flag::SATURATED), (sum.cut, flag::EDGE), (sum.bad > 0, flag::BAD_PIXEL)];

@@ -48,11 +48,11 @@ impl Stamp {
         let mut full = Vec::new();
         source.for_pixels(frame, radius, |place, distance, value| {
             let central = distance <= core;
-            if !value.is_finite() {
-                stamp.bad += usize::from(central);
-            } else if value >= frame.saturate_adu {
+            if value >= frame.saturate_adu {
                 stamp.saturated += usize::from(central);
                 full.push(place);
+            } else if !value.is_finite() {
+                stamp.bad += usize::from(central);
             } else if !masked(place) {
                 stamp.pixels.push(Pixel { place, distance, value_e: (value - bias) * frame.gain_e_adu });
             }

@@ -9,6 +9,11 @@ use crate::io::image::{Image, keywords};
 use crate::light::colour::StarLight;
 use crate::light::throughput::Throughput;
 use crate::photometry::Origin;
+use crate::photometry::PhotometryError;
+use crate::photometry::astrometry::Refusal;
+use crate::photometry::header::{Note, NoteKind, Overrides};
+use crate::photometry::reduce::Calibration;
+use crate::photometry::solve::{self, Solved};
 use crate::photometry::{
     FieldStar, Frame, Geometry, Measurement, Place, Settings, add_errors, borrow_zero_points, measure, table,
 };
@@ -19,7 +24,7 @@ use crate::simulate::SimulateError;
 use crate::stars::catalogue::{Catalogue, moved};
 use glam::DVec2;
 use rayon::prelude::*;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// What to measure.
 pub struct Job<'j> {
@@ -35,6 +40,12 @@ pub struct Job<'j> {
     pub settings: Settings,
     /// Whether the table tells what the errors are made of.
     pub errors: bool,
+    /// What counts in place of the frames' headers.
+    pub overrides: Overrides,
+    /// Masters to calibrate the frames with.
+    pub masters: Option<Calibration>,
+    /// Called with a remark on a frame, and whether it is a warning.
+    pub told: &'j (dyn Fn(&Path, &str, bool) + Sync),
     /// Called when a frame is measured.
     pub done: &'j (dyn Fn() + Sync),
 }
@@ -72,8 +83,12 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
         .frames
         .par_iter()
         .map(|path| {
-            let frame = Frame::from_image(Image::read(path)?)?;
-            let rows = measure_frame(&frame, job, planner.as_ref(), &light);
+            let (mut frame, notes) = read(path, job)?;
+            for note in notes {
+                let warning = matches!(note.kind, NoteKind::Contradictory | NoteKind::Refused);
+                (job.told)(path, &note.to_string(), warning);
+            }
+            let rows = measure_frame(&mut frame, path, job, planner.as_ref(), &light);
             (job.done)();
             rows
         })
@@ -98,6 +113,21 @@ const SAME_TIME_S: f64 = 0.5;
 
 type Row = (Measurement, Option<Geometry>);
 
+/// A frame; one whose header does not tell where it looks is taken to look at the place given.
+fn read(path: &Path, job: &Job) -> Result<(Frame, Vec<Note>), RunError> {
+    let read = |overrides: &Overrides| -> Result<_, RunError> {
+        Ok(Frame::read(Image::read(path)?, overrides, job.masters.as_ref())?)
+    };
+    match (read(&job.overrides), job.place) {
+        (Err(RunError::Photometry(PhotometryError::Missing { .. })), Place::Sky(sky)) => {
+            let (ra, dec) = crate::astro::angles(sky);
+            let pointing_deg = Some([ra.to_degrees(), dec.to_degrees()]);
+            read(&Overrides { pointing_deg, ..job.overrides.clone() })
+        }
+        (other, _) => other,
+    }
+}
+
 /// How much light the instrument makes of a star's colour: the scene's instrument, else a typical one behind the filter that
 /// the first frame names.
 fn star_light(job: &Job) -> Result<StarLight, RunError> {
@@ -112,12 +142,16 @@ fn star_light(job: &Job) -> Result<StarLight, RunError> {
 }
 
 fn measure_frame(
-    frame: &Frame,
+    frame: &mut Frame,
+    path: &Path,
     job: &Job,
     planner: Option<&Planner>,
     light: &StarLight,
 ) -> Result<Vec<Row>, RunError> {
     let stars = field_stars(frame, job.catalogue, light);
+    let solved = solve::check(frame, &stars, &job.settings);
+    let frame = &*frame;
+    (job.told)(path, &told(&solved), frame.approximate);
     let Some((planner, scene)) = planner.zip(job.scene) else {
         return Ok(vec![(measure(frame, &stars, &job.place, DVec2::ZERO, &job.settings), None)]);
     };
@@ -183,3 +217,16 @@ fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight) -> Vec<F
 
 /// Airmass of the colour term: it changes by a few thousandths of a magnitude an airmass.
 const TYPICAL_AIRMASS: f64 = 1.3;
+
+/// What the stars say of a frame's world coordinates, in words.
+fn told(solved: &Result<Solved, Refusal>) -> String {
+    match solved {
+        Ok(solved) => {
+            let whose = if matches!(solved, Solved::Stars(_)) { "found by" } else { "confirmed by" };
+            let s = solved.solution();
+            let (stars, median) = (s.matches.len(), s.median_residual);
+            format!("world coordinates {whose} {stars} stars, median residual {:.3}, {:.3} px", median.x, median.y)
+        }
+        Err(why) => format!("world coordinates of the header: {why}"),
+    }
+}

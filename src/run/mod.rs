@@ -3,6 +3,7 @@
 pub mod calibrate;
 pub mod frames;
 pub mod lightcurve;
+pub mod masters;
 pub mod model_curve;
 pub mod tables;
 
