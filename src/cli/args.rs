@@ -69,6 +69,8 @@ pub(super) enum Command {
     Lightcurve(With<SceneArgs>),
     /// Light curve from frames: pixels and headers
     Photometry(With<PhotometryArgs>),
+    /// Periods in a light curve, and what they may be mistaken for
+    Period(With<PeriodArgs>),
     /// Error against run time of every approximation the scene uses, against its slow reference
     Accuracy(With<SceneArgs>),
     /// An epoch in every time scale
@@ -113,6 +115,7 @@ impl Command {
             Self::Sky(with) => &with.global,
             Self::Calibrate(with) => &with.global,
             Self::Photometry(with) => &with.global,
+            Self::Period(with) => &with.global,
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Info(with) }) => &with.global,
@@ -203,6 +206,28 @@ pub(super) struct PartArgs {
     pub crop: Option<String>,
 }
 
+/// Formats of light curves beyond ECSV, TDM and SVG.
+const FORMATS: &[&str] =
+    if cfg!(feature = "parquet") { &["csv", "alcdef", "parquet"] } else { &["csv", "alcdef"] };
+
+#[derive(Debug, Args)]
+pub(super) struct PeriodArgs {
+    /// Light curve: ECSV, CSV, ALCDEF, or DAMIT's lc.txt
+    pub lightcurve: PathBuf,
+    /// Which target, where there are several
+    #[arg(long)]
+    pub target: Option<String>,
+    /// Shortest period [s] (default: twice the median gap)
+    #[arg(long, value_name = "S")]
+    pub min_period: Option<f64>,
+    /// Longest period [s] (default: the span)
+    #[arg(long, value_name = "S")]
+    pub max_period: Option<f64>,
+    /// Harmonics
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u8).range(1..=8))]
+    pub harmonics: u8,
+}
+
 #[derive(Debug, Args)]
 pub(super) struct PhotometryArgs {
     /// FITS frames
@@ -223,6 +248,9 @@ pub(super) struct PhotometryArgs {
     /// Columns of what the errors are made of
     #[arg(long)]
     pub errors: bool,
+    /// Further formats written to the directory of -o
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(FORMATS))]
+    pub also: Vec<String>,
     #[command(flatten)]
     pub instead: HeaderArgs,
     #[command(flatten)]

@@ -8,6 +8,7 @@ mod catalog;
 mod explain;
 mod gpu;
 mod lightcurve;
+mod period;
 mod photometry;
 mod plan;
 mod render;
@@ -39,6 +40,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Render(with) => render::render(&with.args, global, &talk),
         Command::Calibrate(with) => calibrate::calibrate(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
+        Command::Period(with) => period::period(&with.args, global, &talk),
         Command::Lightcurve(with) => lightcurve::lightcurve(&with.args, global, &talk),
         Command::Time(with) => time::time(&with.args, global),
         Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),

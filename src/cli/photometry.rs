@@ -1,18 +1,21 @@
 //! `nightglass photometry`, and the measurement that `run` shares.
 
 use super::args::{Global, HeaderArgs, PhotometryArgs};
-use super::talk::{Failure, Talk, load, print, print_json, write_new};
+use super::talk::{Failure, Talk, give, load, print, print_json};
 use crate::astro::direction;
 use crate::io::ecsv::to_ecsv;
 use crate::photometry::header::Overrides;
 use crate::photometry::{Place, Settings};
+use crate::run::curve_files;
 use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
 use crate::run::masters::CalibrationFiles;
 use crate::scene::Method;
 use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
+use crate::study::measured_picture::measured;
 use glam::DVec2;
 use serde_json::json;
+use std::path::Path;
 
 pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = args.scene.as_deref().map(|s| load(s, global)).transpose()?;
@@ -59,20 +62,52 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         },
         done: &|| bar.inc(1),
     };
-    let file = global.output.as_ref().map(|dir| dir.join("lightcurve.ecsv"));
     let curve = measure(&job, talk)?;
     bar.finish_and_clear();
-    if let Some(file) = &file {
-        write_new(file, &to_ecsv(&curve.table), global)?;
+    if let Some(dir) = &global.output {
+        let station = scene.as_ref().map_or("UNKNOWN", |s| s.station.name.as_str());
+        write_all(dir, &curve, station, &args.also, global, talk)?;
     }
-    match (global.json, file) {
+    match (global.json, &global.output) {
         (true, _) => print_json(&json!({ "command": "photometry", "rows": curve.table.to_json_rows() })),
         (false, None) => print(&to_ecsv(&curve.table)),
-        (false, Some(file)) => {
-            talk.say(&format!("wrote {}", file.display()));
-            Ok(())
+        (false, Some(_)) => Ok(()),
+    }
+}
+
+/// The light curve in a directory, in all forms asked for.
+fn write_all(
+    dir: &Path,
+    curve: &LightCurve,
+    station: &str,
+    also: &[String],
+    global: &Global,
+    talk: &Talk,
+) -> Result<(), Failure> {
+    give(dir, "lightcurve.ecsv", &to_ecsv(&curve.table), global, talk)?;
+    match curve_files::tdm(curve, station).map_err(Failure::Input)? {
+        Some(text) => give(dir, "lightcurve.tdm", &text, global, talk)?,
+        None => talk.say("nothing detected: no lightcurve.tdm"),
+    }
+    let title = format!("{}, {station}", curve.names.first().map_or("", String::as_str));
+    give(dir, "lightcurve.svg", &measured(curve, &title), global, talk)?;
+    for format in also {
+        match format.as_str() {
+            "csv" => give(dir, "lightcurve.csv", &curve_files::csv(&curve.table), global, talk)?,
+            "alcdef" => match curve_files::alcdef(curve, station).map_err(Failure::Input)? {
+                Some(text) => give(dir, "lightcurve.alcdef", &text, global, talk)?,
+                None => talk.say("no magnitude: no lightcurve.alcdef"),
+            },
+            #[cfg(feature = "parquet")]
+            "parquet" => {
+                let bytes = crate::io::parquet::to_parquet(&curve.table);
+                let bytes = bytes.map_err(|fault| Failure::Input(format!("lightcurve.parquet: {fault}")))?;
+                super::talk::write_bytes(&dir.join("lightcurve.parquet"), &bytes, global)?;
+            }
+            _ => {}
         }
     }
+    Ok(())
 }
 
 /// What counts in place of the headers.

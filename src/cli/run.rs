@@ -4,11 +4,14 @@ use super::args::{Global, RunArgs};
 use super::photometry::measure;
 use super::render::produce;
 use super::talk::{Failure, Talk, load, print_json};
+use crate::io::atomic;
 use crate::photometry::Place;
 use crate::photometry::header::Overrides;
+use crate::run::curve_files;
 use crate::run::lightcurve::{Job, settings};
 use crate::run::tables;
 use crate::simulate::{SimulateError, catalogue};
+use crate::study::measured_picture::measured;
 use serde_json::json;
 
 pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
@@ -35,6 +38,14 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
         bar.finish_and_clear();
         tables::write(&output.dir, "lightcurve.ecsv", &curve.table)?;
         written.push("lightcurve.ecsv");
+        let station = &scene.station.name;
+        if let Some(text) = curve_files::tdm(&curve, station).map_err(Failure::Input)? {
+            atomic::write(&output.dir.path().join("lightcurve.tdm"), text.as_bytes())?;
+            written.push("lightcurve.tdm");
+        }
+        let title = format!("{}, {station}", scene.name);
+        atomic::write(&output.dir.path().join("lightcurve.svg"), measured(&curve, &title).as_bytes())?;
+        written.push("lightcurve.svg");
     }
     let dir = output.dir.path().display();
     talk.say(&format!("wrote {dir}/: {}", written.join(", ")));

@@ -3,7 +3,7 @@
 //! A scene only predicts where to look and fills in geometry; the numbers come from pixels and headers.
 
 use super::RunError;
-use crate::base::table::Table;
+use crate::base::table::{Table, Values};
 use crate::base::units::mag_from_flux;
 use crate::io::image::{Image, keywords};
 use crate::light::colour::StarLight;
@@ -55,6 +55,8 @@ pub struct Job<'j> {
 pub struct LightCurve {
     /// One row a target and frame, in the order of time.
     pub measurements: Vec<Measurement>,
+    /// Name of each row's target.
+    pub names: Vec<String>,
     /// The table of `lightcurve.ecsv`.
     pub table: Table,
 }
@@ -105,7 +107,9 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     if let Some(scene) = job.scene {
         super::model_curve::known(scene, &mut table);
     }
-    Ok(LightCurve { measurements, table })
+    let target = table.columns.iter().find(|c| c.name == "target").map(|c| &c.values);
+    let names = if let Some(Values::Text(names)) = target { names.clone() } else { Vec::new() };
+    Ok(LightCurve { measurements, names, table })
 }
 
 /// A frame belongs to an exposure of the scene if their middles differ by less than this \[s\].

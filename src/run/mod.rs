@@ -1,6 +1,7 @@
 //! A scene's output directory: what is written where, what is kept, what is refused.
 
 pub mod calibrate;
+pub mod curve_files;
 pub mod frames;
 pub mod lightcurve;
 pub mod masters;
@@ -97,7 +98,15 @@ impl OutputDir {
 
     /// Remove everything a run writes.
     fn clear(&self) -> io::Result<()> {
-        for name in ["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "lightcurve.ecsv"] {
+        for name in [
+            "scene.toml",
+            "plan.ecsv",
+            "truth.ecsv",
+            "ledger.json",
+            "lightcurve.ecsv",
+            "lightcurve.tdm",
+            "lightcurve.svg",
+        ] {
             remove_if_there(fs::remove_file(self.path.join(name)))?;
         }
         for name in ["frames", "planes", "stars", "previews", "regions", "inputs"] {

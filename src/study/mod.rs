@@ -2,9 +2,15 @@
 
 pub mod accuracy;
 mod astro_accuracy;
+mod curve_axis;
 pub mod curve_chart;
+mod curve_marks;
+pub mod curve_picture;
+#[cfg(test)]
+mod curve_picture_tests;
 mod errors;
 pub mod explain;
+pub mod measured_picture;
 pub mod night_chart;
 pub mod object_accuracy;
 mod palette;
