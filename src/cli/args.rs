@@ -245,6 +245,9 @@ pub(super) struct PhotometryArgs {
     /// How to measure: fit the image, sum an aperture, or fit the stars beside it too
     #[arg(long, value_parser = ["optimal", "aperture", "joint"])]
     pub method: Option<String>,
+    /// Star catalogue made by `catalog import`, in place of the scene's or the built-in one
+    #[arg(long, value_name = "FILE")]
+    pub catalog: Option<PathBuf>,
     /// Columns of what the errors are made of
     #[arg(long)]
     pub errors: bool,

@@ -19,9 +19,10 @@ use std::path::Path;
 
 pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = args.scene.as_deref().map(|s| load(s, global)).transpose()?;
-    let catalogue = match &scene {
-        Some(scene) => catalogue(scene).map_err(SimulateError::from)?,
-        None => Catalogue::built_in(),
+    let catalogue = match (&args.catalog, &scene) {
+        (Some(path), _) => Catalogue::open(path).map_err(|e| Failure::Input(e.to_string()))?,
+        (None, Some(scene)) => catalogue(scene).map_err(SimulateError::from)?,
+        (None, None) => Catalogue::built_in(),
     };
     let place = match (&args.xy, &args.radec) {
         (Some(text), _) => Place::Pixel(DVec2::from_array(pair("--xy", text)?)),

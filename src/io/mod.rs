@@ -19,8 +19,4 @@ pub mod parquet;
 pub mod preview;
 pub mod regions;
 pub mod tdm;
-mod tdm_keywords;
-mod tdm_read;
-#[cfg(test)]
-mod tdm_tests;
 mod yaml;

@@ -24,6 +24,7 @@ pub mod budget;
 mod calibrate;
 pub mod centroid;
 pub mod detect;
+pub mod detection;
 pub mod extract;
 pub mod field;
 pub mod frame;

@@ -8,6 +8,7 @@ use super::Settings;
 use super::astrometry::{self, Detection, Refusal, Search, Solution};
 use super::calibrate;
 use super::centroid;
+use super::detection::{self, DetectionError, Plane, Source, Sources};
 use super::field::{self, FieldStar};
 use super::frame::Frame;
 use super::segment::Segment;
@@ -16,6 +17,8 @@ use glam::DVec2;
 
 /// Most stars that the quick check centres.
 const CHECK_STARS: usize = 80;
+/// Most detections that a field is recognised by.
+const MOST_DETECTIONS: usize = 3000;
 /// Least signal-to-noise ratio of a star that is centred.
 const CHECK_SNR: f64 = 8.0;
 /// The header's world coordinates are kept where the stars' differ by no more of their own errors.
@@ -53,6 +56,40 @@ pub fn check(frame: &mut Frame, stars: &[FieldStar], settings: &Settings) -> Res
     let search = Search { offset: reach, rotation: 0.02, scale: 0.005, ..Search::default() };
     let solution = astrometry::solve(&detections, stars, &frame.wcs, [frame.width, frame.height], &search)?;
     Ok(adopt(frame, solution))
+}
+
+/// Finds a frame's world coordinates by the stars found in all of it: pointings off by up to half a degree, turned by up to 5 deg,
+/// scaled by up to 2 %, or mirrored if the header leaves that open. `stars` are those around the field too.
+///
+/// # Errors
+/// Why there is no solution, with the counts.
+pub fn search(frame: &mut Frame, stars: &[FieldStar]) -> Result<Solved, Refusal> {
+    let found = detections(frame).unwrap_or_default();
+    let search = Search { flipped: frame.approximate, ..Search::default() };
+    let solution = astrometry::solve(&found, stars, &frame.wcs, [frame.width, frame.height], &search)?;
+    Ok(adopt(frame, solution))
+}
+
+/// Everything in a frame that drew the stars' trail, the most significant first.
+fn detections(frame: &Frame) -> Result<Vec<Detection>, DetectionError> {
+    let half = frame.star_segment(frame.wcs.centre).map_or(DVec2::ZERO, |s| s.half);
+    let found = whole(frame, half, &[])?.stars;
+    let usable = found.iter().filter(|s| !s.edge).take(MOST_DETECTIONS);
+    let sigma = |s: &Source| (s.place_sigma[0].hypot(s.place_sigma[1]) / std::f64::consts::SQRT_2).max(0.02);
+    Ok(usable.map(|s| Detection { at: s.place, flux: s.flux, sigma: sigma(s) }).collect())
+}
+
+/// Sources of a whole frame: those that drew the stars' trail, and those that drew others.
+///
+/// # Errors
+/// [`DetectionError`] for trails or images beyond what can be searched.
+pub fn whole(frame: &Frame, star_half: DVec2, other_halves: &[DVec2]) -> Result<Sources, DetectionError> {
+    let settings = detection::Settings {
+        fwhm_px: frame.expected_fwhm_px(),
+        saturate: frame.saturate_adu,
+        ..detection::Settings::default()
+    };
+    detection::sources(Plane::new(frame.width, frame.height, &frame.data)?, star_half, other_halves, &settings)
 }
 
 /// Takes a solution, unless the header's agrees with it.

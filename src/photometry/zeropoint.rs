@@ -69,6 +69,11 @@ impl ZeroPoint {
     pub const NONE: Self =
         Self { mag: f64::NAN, err: f64::NAN, n_stars: 0, excess: 0.0, terms: Vec::new(), covariance: Vec::new() };
 
+    /// A zero point that is known.
+    pub fn known(mag: f64, err: f64) -> Self {
+        Self { mag, err, ..Self::NONE }
+    }
+
     /// The same with a relative error common to all stars.
     #[must_use]
     pub fn with_common_error(mut self, share: f64) -> Self {

@@ -152,8 +152,13 @@ fn measure_frame(
     planner: Option<&Planner>,
     light: &StarLight,
 ) -> Result<Vec<Row>, RunError> {
-    let stars = field_stars(frame, job.catalogue, light);
-    let solved = solve::check(frame, &stars, &job.settings);
+    let mut stars = field_stars(frame, job.catalogue, light, 0.0);
+    let mut solved = solve::check(frame, &stars, &job.settings);
+    if solved.is_err() && worth_searching(frame, &stars) {
+        let wide = field_stars(frame, job.catalogue, light, SEARCH_MARGIN);
+        solved = solve::search(frame, &wide);
+        stars = field_stars(frame, job.catalogue, light, 0.0);
+    }
     let frame = &*frame;
     (job.told)(path, &told(&solved), frame.approximate);
     let Some((planner, scene)) = planner.zip(job.scene) else {
@@ -200,7 +205,7 @@ fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View
 
 /// Catalogue stars that can be on the frame, at their places of its time. Magnitudes are those of sunlight that gives as many
 /// electrons, the light curve's own scale.
-fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight) -> Vec<FieldStar> {
+fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight, margin: f64) -> Vec<FieldStar> {
     let size = DVec2::new(frame.width as f64, frame.height as f64);
     let centre = frame.wcs.sky((size - 1.0) / 2.0);
     let radius = [DVec2::ZERO, size, DVec2::new(size.x, 0.0), DVec2::new(0.0, size.y)]
@@ -216,7 +221,18 @@ fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight) -> Vec<F
             colour_bv: s.colour_bv.unwrap_or(f64::NAN),
         }
     };
-    catalogue.cone(centre, 1.1 * radius, f64::INFINITY).iter().map(star).collect()
+    catalogue.cone(centre, 1.1 * radius + margin, f64::INFINITY).iter().map(star).collect()
+}
+
+/// How far beyond the field stars are taken where the pointing is in doubt \[rad\].
+const SEARCH_MARGIN: f64 = 0.0105;
+/// Fewer catalogue stars in the field do not make it known among others.
+const FEWEST_STARS: usize = 8;
+
+/// True if the field holds enough stars to be recognised by them.
+fn worth_searching(frame: &Frame, stars: &[FieldStar]) -> bool {
+    let inside = |s: &&FieldStar| frame.wcs.pixel(s.direction).is_some_and(|p| frame.holds(p, 0.0));
+    stars.iter().filter(inside).count() >= FEWEST_STARS
 }
 
 /// Airmass of the colour term: it changes by a few thousandths of a magnitude an airmass.

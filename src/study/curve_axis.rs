@@ -114,7 +114,7 @@ impl Axis {
     /// An axis of two turns of phase.
     pub(super) fn of_phase(period_s: f64, epoch: &Instant) -> Self {
         let marks = (0..=8).map(|k| f64::from(k) * 0.25).map(|p| (p, format!("{p:.2}"))).collect();
-        let name = format!("phase of the period {period_s} s, 0 at {} UTC; two turns", epoch.iso_utc());
+        let name = format!("phase of the period {period_s:.9} s, 0 at {} UTC; two turns", epoch.iso_utc());
         Self { ends: (0.0, 2.0), marks, cuts: Vec::new(), name, pieces: Vec::new() }
     }
 

@@ -1,6 +1,6 @@
 //! Tracking Data Messages: what is written reads back, and what breaks the grammar is refused with its line.
 
-use super::tdm::*;
+use super::*;
 use crate::astro::time::Instant;
 
 fn at(text: &str) -> Instant {

@@ -3,8 +3,8 @@
 //! What is refused beyond the standard: time systems other than UTC, which the standard asks of ground stations.
 //! Optional keywords may be absent. Times are read to the nanosecond.
 
-use super::tdm::{LONGEST_LINE, TdmError};
-use super::tdm_keywords::{DATA, Form, HEADER, METADATA, is, number};
+use super::fault::{LONGEST_LINE, TdmError};
+use super::keywords::{DATA, Form, HEADER, METADATA, is, number};
 use crate::astro::time::Instant;
 
 /// A measurement of a segment.

@@ -1,28 +1,9 @@
-//! Light curves as CCSDS Tracking Data Messages: places and magnitudes of targets seen from a station.
-//!
-//! Version 2.0 of the message in keyword-value notation: CCSDS 503.0-B-2 (Blue Book, June 2020, with Corrigendum 1);
-//! numbers in brackets below are its sections. [`to_tdm`] writes, [`parse_tdm`] reads and checks.
-//!
-//! - One segment a target and station, signal path from the target to the station: `MODE = SEQUENTIAL`, `PATH = 2,1`
-//!   \[3.3.2.1\].
-//! - Timetags are UTC at mid-exposure, to the microsecond, in order and each once \[3.4.10, 3.4.11\].
-//! - `ANGLE_TYPE = RADEC` in degrees, `REFERENCE_FRAME = ICRF`: of the customary values (table 3-3) the one whose axes
-//!   the star catalogues have. EME2000, the other usual one, differs from it by the frame bias of 23 mas.
-//! - The places lie among catalogue stars, so they hold no aberration, annual or diurnal, and no refraction. A
-//!   `CORRECTION_*` keyword holds one number for a whole segment, which aberration and refraction are not; what was
-//!   taken out that way is to be told otherwise \[3.4.15.6\], so a comment of the segment tells it, as the standard's
-//!   own example of optical data does (figure E-16).
-//! - MAG is the visual magnitude outside the atmosphere \[3.5.5.1\].
-//! - A number has at most 16 digits \[4.3.4\]: angles and magnitudes are rounded to 1e-12.
-//! - `CREATION_DATE` is the time of the last observation unless given: a file depends on its data alone, not on a clock.
+//! Writing of Tracking Data Messages.
 
-pub use super::tdm_read::{Record, Segment, parse_tdm};
-
+use super::fault::TdmError;
 use crate::astro::time::Instant;
 use std::fmt::Write;
 
-/// Longest line \[characters\], section 4.2.1.
-pub(super) const LONGEST_LINE: usize = 254;
 /// Longest value or piece of a comment that is written \[characters\]; leaves room for the longest keyword.
 const LONGEST_TEXT: usize = 200;
 
@@ -63,50 +44,6 @@ pub struct Track {
     pub comments: Vec<String>,
     /// The measurements, in any order.
     pub observations: Vec<Observation>,
-}
-
-/// Why a message cannot be written or read.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum TdmError {
-    /// No observation of any track has a place or a magnitude.
-    #[error("there is nothing to write: a message needs one finite place or magnitude")]
-    Empty,
-    /// A number that the keyword cannot hold.
-    #[error("{keyword} of {target:?} at {time} is {value}; it must lie from {low} to {high}")]
-    Range {
-        /// Keyword.
-        keyword: &'static str,
-        /// Target.
-        target: String,
-        /// Time, UTC.
-        time: String,
-        /// The value.
-        value: f64,
-        /// Least value allowed.
-        low: f64,
-        /// Greatest value allowed.
-        high: f64,
-    },
-    /// Two observations of a track at one time.
-    #[error("{target:?} is observed twice at {time}; a timetag may occur once (503.0-B-2, 3.4.11)")]
-    Repeated {
-        /// Target.
-        target: String,
-        /// Time, UTC.
-        time: String,
-    },
-    /// A line that breaks the grammar.
-    #[error("line {line}: {text:?}: {fault} (503.0-B-2, {section})")]
-    Line {
-        /// Number of the line, from 1.
-        line: usize,
-        /// The line, or what of it is wrong.
-        text: String,
-        /// What is wrong, and what is allowed.
-        fault: String,
-        /// Section or table of the standard.
-        section: &'static str,
-    },
 }
 
 /// The message of these tracks. Observations without any finite number are left out, then tracks without observations.
