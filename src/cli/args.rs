@@ -242,6 +242,9 @@ pub(super) struct PhotometryArgs {
     /// Place of the target, ICRS degrees RA,DEC
     #[arg(long, value_name = "A,D", allow_hyphen_values = true)]
     pub radec: Option<String>,
+    /// Measure whatever is no star: objects found in all frames and linked through them
+    #[arg(long, conflicts_with_all = ["xy", "radec"])]
+    pub find: bool,
     /// How to measure: fit the image, sum an aperture, or fit the stars beside it too
     #[arg(long, value_parser = ["optimal", "aperture", "joint"])]
     pub method: Option<String>,

@@ -6,9 +6,9 @@ use crate::astro::direction;
 use crate::io::ecsv::to_ecsv;
 use crate::photometry::header::Overrides;
 use crate::photometry::{Place, Settings};
-use crate::run::curve_files;
 use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
 use crate::run::masters::CalibrationFiles;
+use crate::run::{curve_files, find};
 use crate::scene::Method;
 use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
@@ -48,7 +48,7 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         CalibrationFiles { bias: files.biases.clone(), dark: files.darks.clone(), flat: files.flats.clone() };
     let masters = files.masters(&overrides)?;
     let bar = talk.bar(args.frames.len(), "photometry");
-    let job = Job {
+    let mut job = Job {
         frames: &args.frames,
         place,
         scene: scene.as_ref(),
@@ -57,12 +57,23 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         errors: args.errors,
         overrides: overrides.clone(),
         masters,
+        objects: Vec::new(),
         told: &|path, what, warning| {
             let text = format!("{}: {what}", path.display());
             if warning { talk.say(&text) } else { talk.detail(&text) }
         },
         done: &|| bar.inc(1),
     };
+    if args.find {
+        let objects = find::objects(&job)?;
+        let names = objects.iter().map(|o| format!("{} in {} frames", o.name, o.seen)).collect::<Vec<_>>();
+        if objects.is_empty() {
+            talk.say("no object among the stars");
+            return if global.json { print_json(&json!({ "command": "photometry", "rows": [] })) } else { Ok(()) };
+        }
+        talk.say(&format!("found {}", names.join(", ")));
+        job.objects = objects;
+    }
     let curve = measure(&job, talk)?;
     bar.finish_and_clear();
     if let Some(dir) = &global.output {

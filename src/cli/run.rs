@@ -30,6 +30,7 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
             settings: settings(&scene),
             errors: false,
             overrides: Overrides::default(),
+            objects: Vec::new(),
             masters: None,
             told: &|_, _, _| (),
             done: &|| bar.inc(1),

@@ -22,7 +22,7 @@ use crate::plan::view::View;
 use crate::scene::Scene;
 use crate::simulate::SimulateError;
 use crate::stars::catalogue::{Catalogue, moved};
-use glam::DVec2;
+use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 use std::path::{Path, PathBuf};
 
@@ -42,12 +42,25 @@ pub struct Job<'j> {
     pub errors: bool,
     /// What counts in place of the frames' headers.
     pub overrides: Overrides,
+    /// What is measured in place of the scene's targets or the header's.
+    pub objects: Vec<Object>,
     /// Masters to calibrate the frames with.
     pub masters: Option<Calibration>,
     /// Called with a remark on a frame, and whether it is a warning.
     pub told: &'j (dyn Fn(&Path, &str, bool) + Sync),
     /// Called when a frame is measured.
     pub done: &'j (dyn Fn() + Sync),
+}
+
+/// An object found in frames, and where it is in each of them.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Object {
+    /// Its name: object-1, ...
+    pub name: String,
+    /// Directions, astrometric ICRS, frame by frame; none off the frame.
+    pub places: Vec<Option<DVec3>>,
+    /// Frames that it was seen in.
+    pub seen: usize,
 }
 
 /// A measured light curve.
@@ -84,13 +97,14 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     let per_frame = job
         .frames
         .par_iter()
-        .map(|path| {
-            let (mut frame, notes) = read(path, job)?;
-            for note in notes {
-                let warning = matches!(note.kind, NoteKind::Contradictory | NoteKind::Refused);
-                (job.told)(path, &note.to_string(), warning);
-            }
-            let rows = measure_frame(&mut frame, path, job, planner.as_ref(), &light);
+        .enumerate()
+        .map(|(number, path)| {
+            let (frame, stars) = ready(path, job, &light, true)?;
+            let rows = if job.objects.is_empty() {
+                measure_frame(&frame, &stars, job, planner.as_ref())
+            } else {
+                Ok(measure_objects(&frame, &stars, number, job))
+            };
             (job.done)();
             rows
         })
@@ -132,9 +146,45 @@ fn read(path: &Path, job: &Job) -> Result<(Frame, Vec<Note>), RunError> {
     }
 }
 
+/// A frame with its world coordinates, and the catalogue's stars in it. `told`: remarks are passed on.
+pub(super) fn ready(
+    path: &Path,
+    job: &Job,
+    light: &StarLight,
+    told: bool,
+) -> Result<(Frame, Vec<FieldStar>), RunError> {
+    let (mut frame, notes) = read(path, job)?;
+    let mut stars = field_stars(&frame, job.catalogue, light, 0.0);
+    let mut solved = solve::check(&mut frame, &stars, &job.settings);
+    if solved.is_err() && worth_searching(&frame, &stars) {
+        let wide = field_stars(&frame, job.catalogue, light, SEARCH_MARGIN);
+        solved = solve::search(&mut frame, &wide);
+        stars = field_stars(&frame, job.catalogue, light, 0.0);
+    }
+    if told {
+        for note in notes {
+            let warning = matches!(note.kind, NoteKind::Contradictory | NoteKind::Refused);
+            (job.told)(path, &note.to_string(), warning);
+        }
+        (job.told)(path, &in_words(&solved), frame.approximate);
+    }
+    Ok((frame, stars))
+}
+
+/// The objects that are in a frame.
+fn measure_objects(frame: &Frame, stars: &[FieldStar], number: usize, job: &Job) -> Vec<Row> {
+    let there = job.objects.iter().filter_map(|o| Some((&o.name, (*o.places.get(number)?)?)));
+    there
+        .map(|(name, sky)| {
+            let row = measure(frame, stars, &Place::Sky(sky), DVec2::ZERO, &job.settings);
+            (Measurement { object: name.clone(), ..row }, None)
+        })
+        .collect()
+}
+
 /// How much light the instrument makes of a star's colour: the scene's instrument, else a typical one behind the filter that
 /// the first frame names.
-fn star_light(job: &Job) -> Result<StarLight, RunError> {
+pub(super) fn star_light(job: &Job) -> Result<StarLight, RunError> {
     let throughput = match (job.scene, job.frames.first()) {
         (Some(scene), _) => Throughput::of(scene).map_err(SimulateError::from)?,
         (None, first) => {
@@ -146,23 +196,13 @@ fn star_light(job: &Job) -> Result<StarLight, RunError> {
 }
 
 fn measure_frame(
-    frame: &mut Frame,
-    path: &Path,
+    frame: &Frame,
+    stars: &[FieldStar],
     job: &Job,
     planner: Option<&Planner>,
-    light: &StarLight,
 ) -> Result<Vec<Row>, RunError> {
-    let mut stars = field_stars(frame, job.catalogue, light, 0.0);
-    let mut solved = solve::check(frame, &stars, &job.settings);
-    if solved.is_err() && worth_searching(frame, &stars) {
-        let wide = field_stars(frame, job.catalogue, light, SEARCH_MARGIN);
-        solved = solve::search(frame, &wide);
-        stars = field_stars(frame, job.catalogue, light, 0.0);
-    }
-    let frame = &*frame;
-    (job.told)(path, &told(&solved), frame.approximate);
     let Some((planner, scene)) = planner.zip(job.scene) else {
-        return Ok(vec![(measure(frame, &stars, &job.place, DVec2::ZERO, &job.settings), None)]);
+        return Ok(vec![(measure(frame, stars, &job.place, DVec2::ZERO, &job.settings), None)]);
     };
     let view = matching_view(planner, scene, frame)?;
     let rows = scene.target.iter().zip(&view.targets).map(|(target, seen)| {
@@ -181,7 +221,7 @@ fn measure_frame(
             sun: seen.light.to_sun.to_array(),
             obs: seen.light.to_observer.to_array(),
         };
-        (measure(frame, &stars, &place, trail, &job.settings), Some(geometry))
+        (measure(frame, stars, &place, trail, &job.settings), Some(geometry))
     });
     Ok(rows.collect())
 }
@@ -239,7 +279,7 @@ fn worth_searching(frame: &Frame, stars: &[FieldStar]) -> bool {
 const TYPICAL_AIRMASS: f64 = 1.3;
 
 /// What the stars say of a frame's world coordinates, in words.
-fn told(solved: &Result<Solved, Refusal>) -> String {
+fn in_words(solved: &Result<Solved, Refusal>) -> String {
     match solved {
         Ok(solved) => {
             let whose = if matches!(solved, Solved::Stars(_)) { "found by" } else { "confirmed by" };

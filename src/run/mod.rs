@@ -2,6 +2,7 @@
 
 pub mod calibrate;
 pub mod curve_files;
+pub mod find;
 pub mod frames;
 pub mod lightcurve;
 pub mod masters;
