@@ -68,7 +68,7 @@ pub(super) enum Command {
     /// The targets' light curves without images: horizon and daylight are ignored
     Lightcurve(With<SceneArgs>),
     /// Light curve from frames: pixels and headers
-    Photometry(With<PhotometryArgs>),
+    Photometry(Box<With<PhotometryArgs>>),
     /// Periods in a light curve, and what they may be mistaken for
     Period(With<PeriodArgs>),
     /// Error against run time of every approximation the scene uses, against its slow reference

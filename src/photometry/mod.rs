@@ -352,6 +352,9 @@ impl Sources<'_> {
         let there = found.and_then(|place| extract(&predicted.at(place), true));
         let there = there.filter(|e| e.flux_e >= 3.0 * e.budget.total());
         let Some(e) = there.or_else(|| extract(predicted, false)) else { return false };
+        if !joint && self.aperture_is_surer(&predicted.at(e.centre), &e.budget) {
+            return false;
+        }
         self.take(row, &e);
         if let Some(star) = stars {
             row.share_covariance = self.psf.covariance(&e.shares, &star.shares) / star.share;
@@ -360,6 +363,16 @@ impl Sources<'_> {
         let source = predicted.at(e.centre);
         row.flags |= crossings(self.tracks, &source, [2.0 * fwhm, 4.0 * fwhm], self.zero_point, row.flux_err_e);
         true
+    }
+
+    /// True if the point spread function is known so little that a wide aperture, which needs less of it, measures better.
+    fn aperture_is_surer(&self, source: &Segment, fitted: &Budget) -> bool {
+        if fitted.share < 0.5 * fitted.total() {
+            return false;
+        }
+        let apertures = single::ladder(self.psf, source, None, true);
+        let (flux, _) = single::best_flux(self.frame, source, &apertures, self.near, self.settings.flat_rms);
+        flux.err_e < fitted.total()
     }
 
     fn take(&self, row: &mut Measurement, e: &Extraction) {

@@ -24,6 +24,8 @@ const SHORT_PX: f64 = 2.0;
 const STAR_PX: f64 = 3.0;
 /// Largest rate against the frame \[arcsec/s\].
 const LARGEST_RATE: f64 = 20.0;
+/// A track is a star's if its rate is theirs to this share.
+const STARS_RATE: f64 = 0.02;
 /// Most objects.
 const MOST: usize = 50;
 
@@ -90,9 +92,9 @@ pub fn objects(job: &Job) -> Result<Vec<Object>, RunError> {
         false_tracks: FALSE_TRACKS,
     };
     let linked = link(&detections, &settings).map_err(|fault| RunError::Usage(format!("linking: {fault}")))?;
-    let still = sheets.iter().all(|s| star_half(&s.frame).length() < SHORT_PX / 2.0);
-    // where the stars stand still, what stands still is a star that no catalogue lists
-    let moves = |t: &&Track| !still || t.rate.length() > 5.0 * t.rate_sigma;
+    // what moves as the stars do is a star that no catalogue lists
+    let stars = -sheets.iter().map(|s| s.frame.track_rad_s).sum::<DVec2>() / (sheets.len() as f64 * ARCSEC);
+    let moves = |t: &&Track| (t.rate - stars).length() > (5.0 * t.rate_sigma).max(STARS_RATE * stars.length());
     let object = |(k, track): (usize, &Track)| {
         let place = |(sheet, time_s): (&Sheet, &f64)| sheet.sky(at(track, *time_s));
         let places = sheets.iter().zip(&times).map(place).collect();

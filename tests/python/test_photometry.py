@@ -11,6 +11,7 @@ from astropy.coordinates import SkyCoord
 from astropy.io import fits
 from astropy.table import Table
 from astropy.wcs import WCS
+from scenes import geostationary_night
 from scipy.special import erf
 
 SIZE, SCALE, GAIN, READ_NOISE, BIAS, SKY = 1024, 0.72, 1.4, 8.0, 300.0, 40.0
@@ -216,3 +217,41 @@ def test_calibration_frames(nightglass, field, tmp_path):
     off = np.mean(np.asarray(plain["flux_e"], float)) / 20000.0 - 1
     print(f"not calibrated: {100 * off:+.1f} %")
     assert off < -0.02
+
+
+@pytest.fixture(scope="module")
+def night(produce, nightglass, tmp_path_factory):
+    """Five frames of a geostationary satellite, run; and measured again with no hint where it is."""
+    sets = ["--set", "detector.size_px=1536", "--set", "exposures.cadence_s=60.0"]
+    out = produce("run", geostationary_night(5, 12.0), *sets)
+    found = tmp_path_factory.mktemp("found")
+    frames = sorted((out / "frames").glob("*.fits"))
+    nightglass("photometry", *frames, "--find", "-o", found, "--also", "csv,alcdef", "-q")
+    return out, found
+
+
+def test_unknown_objects_are_found(night):
+    """The satellite is found among the trails, alone, where it is, and as bright as with its place known."""
+    out, found = night
+    known = Table.read(out / "lightcurve.ecsv", format="ascii.ecsv")
+    rows = Table.read(found / "lightcurve.ecsv", format="ascii.ecsv")
+    assert set(rows["target"]) == {"object-1"} and len(rows) == 5
+    for name, allowed in (("x_px", 0.02), ("ra_deg", 1e-5), ("mag_v", 0.005)):
+        assert np.max(np.abs(rows[name] - known[name])) < allowed, name
+    text = Table.read(found / "lightcurve.csv", format="csv")
+    assert np.all(text["flux_e"] == rows["flux_e"])
+
+
+def test_tracking_data_messages(night):
+    """An independent reader finds the light curve's places and magnitudes."""
+    from ccsds_ndm import Tdm
+
+    out, _ = night
+    text = (out / "lightcurve.tdm").read_text()
+    rows = Table.read(out / "lightcurve.ecsv", format="ascii.ecsv")
+    message = Tdm.from_str(text)
+    segments = message.segments if hasattr(message, "segments") else message.body.segments
+    values = [float(o.value) for s in segments for o in s.data.observations]
+    expected = np.array([rows["ra_deg"], rows["dec_deg"], rows["mag_v"]]).T.ravel()
+    assert len(values) == 15 and np.max(np.abs(np.array(values) - expected)) < 1e-9
+    assert str(segments[0].metadata.reference_frame).endswith("ICRF")
