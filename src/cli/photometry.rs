@@ -97,9 +97,10 @@ fn write_all(
     talk: &Talk,
 ) -> Result<(), Failure> {
     give(dir, "lightcurve.ecsv", &to_ecsv(&curve.table), global, talk)?;
-    match curve_files::tdm(curve, station).map_err(Failure::Input)? {
-        Some(text) => give(dir, "lightcurve.tdm", &text, global, talk)?,
-        None => talk.say("nothing detected: no lightcurve.tdm"),
+    match curve_files::tdm(curve, station) {
+        Ok(Some(text)) => give(dir, "lightcurve.tdm", &text, global, talk)?,
+        Ok(None) => talk.say("nothing detected: no lightcurve.tdm"),
+        Err(why) => talk.say(&format!("warning: no lightcurve.tdm: {why}")),
     }
     let title = format!("{}, {station}", curve.names.first().map_or("", String::as_str));
     give(dir, "lightcurve.svg", &measured(curve, &title), global, talk)?;

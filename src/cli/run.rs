@@ -40,9 +40,13 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
         tables::write(&output.dir, "lightcurve.ecsv", &curve.table)?;
         written.push("lightcurve.ecsv");
         let station = &scene.station.name;
-        if let Some(text) = curve_files::tdm(&curve, station).map_err(Failure::Input)? {
-            atomic::write(&output.dir.path().join("lightcurve.tdm"), text.as_bytes())?;
-            written.push("lightcurve.tdm");
+        match curve_files::tdm(&curve, station) {
+            Ok(Some(text)) => {
+                atomic::write(&output.dir.path().join("lightcurve.tdm"), text.as_bytes())?;
+                written.push("lightcurve.tdm");
+            }
+            Ok(None) => {}
+            Err(why) => talk.say(&format!("warning: no lightcurve.tdm: {why}")),
         }
         let title = format!("{}, {station}", scene.name);
         atomic::write(&output.dir.path().join("lightcurve.svg"), measured(&curve, &title).as_bytes())?;

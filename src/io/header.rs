@@ -70,6 +70,14 @@ impl Header {
         }
     }
 
+    /// The value of a keyword, the first if it occurs more than once.
+    pub fn value(&self, keyword: &str) -> Option<&Value> {
+        self.cards.iter().find_map(|card| match card {
+            Card::Keyword(name, value, _) if name == keyword => Some(value),
+            _ => None,
+        })
+    }
+
     /// Append a remark.
     pub fn history(&mut self, text: impl Into<String>) {
         self.cards.push(Card::History(text.into()));

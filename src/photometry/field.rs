@@ -3,6 +3,7 @@
 use super::frame::Frame;
 use super::segment::Segment;
 use glam::{DVec2, DVec3};
+use std::collections::HashMap;
 
 /// A catalogue star.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -56,14 +57,44 @@ pub fn tracks(frame: &Frame, stars: &[FieldStar], fwhm: f64) -> Vec<Track> {
 pub fn alone(frame: &Frame, tracks: &[Track], target: &Segment, margin: f64, gap: f64) -> Vec<usize> {
     const NEGLIGIBLE_MAG: f64 = 5.75;
     let whole = |s: &Segment| frame.holds(s.centre - s.half, margin) && frame.holds(s.centre + s.half, margin);
+    let cells = Cells::new(tracks, gap);
     let clear = |i: usize| {
         let star = &tracks[i];
-        let spoilt = |(j, other): (usize, &Track)| {
+        let spoilt = |j: usize| {
+            let other = &tracks[j];
             j != i && other.mag_v < star.mag_v + NEGLIGIBLE_MAG && near(&star.segment, &other.segment, gap)
         };
-        !near(&star.segment, target, gap) && !tracks.iter().enumerate().any(spoilt)
+        !near(&star.segment, target, gap) && !cells.around(star.segment.centre).any(spoilt)
     };
     (0..tracks.len()).filter(|i| whole(&tracks[*i].segment) && clear(*i)).take(MOST_STARS).collect()
+}
+
+/// Tracks by the cell that their middle lies in; all that can be within a gap of each other are in neighbouring cells.
+struct Cells {
+    side: f64,
+    tracks: HashMap<(i64, i64), Vec<usize>>,
+}
+
+impl Cells {
+    fn new(tracks: &[Track], gap: f64) -> Self {
+        let longest = tracks.iter().map(|t| t.segment.length()).fold(0.0, f64::max);
+        let mut cells = Self { side: (longest + gap).max(16.0), tracks: HashMap::new() };
+        for (i, track) in tracks.iter().enumerate() {
+            cells.tracks.entry(cells.cell(track.segment.centre)).or_default().push(i);
+        }
+        cells
+    }
+
+    fn cell(&self, place: DVec2) -> (i64, i64) {
+        let cell = (place / self.side).floor();
+        (cell.x as i64, cell.y as i64)
+    }
+
+    fn around(&self, place: DVec2) -> impl Iterator<Item = usize> + '_ {
+        let (x, y) = self.cell(place);
+        let cells = (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (x + dx, y + dy)));
+        cells.filter_map(|cell| self.tracks.get(&cell)).flatten().copied()
+    }
 }
 
 /// Light of other stars' wings beside star `index`, as a share of its own: wings fall with the distance cubed,

@@ -12,9 +12,11 @@ use crate::astro::direction;
 use crate::astro::scales::Scale;
 use crate::astro::time::Instant;
 use crate::base::units::ARCSEC;
+use crate::io::header;
 use crate::io::image::{Image, Keywords};
 use crate::plan::wcs::Wcs;
 use glam::{DVec2, DVec3};
+use std::path::Path;
 
 impl Header for Keywords {
     fn number(&self, keyword: &str) -> Option<f64> {
@@ -27,6 +29,24 @@ impl Header for Keywords {
 
     fn flag(&self, keyword: &str) -> Option<bool> {
         self.flag(keyword)
+    }
+}
+
+impl Header for header::Header {
+    fn number(&self, keyword: &str) -> Option<f64> {
+        match self.value(keyword)? {
+            header::Value::Int(i) => Some(*i as f64),
+            header::Value::Float(x) => Some(*x),
+            _ => None,
+        }
+    }
+
+    fn text(&self, keyword: &str) -> Option<String> {
+        if let header::Value::Text(text) = self.value(keyword)? { Some(text.clone()) } else { None }
+    }
+
+    fn flag(&self, keyword: &str) -> Option<bool> {
+        if let header::Value::Bool(flag) = self.value(keyword)? { Some(*flag) } else { None }
     }
 }
 
@@ -127,12 +147,29 @@ impl Frame {
     /// # Errors
     /// [`PhotometryError`] naming the file and what is missing or cannot be used.
     pub fn read(
-        mut image: Image,
+        image: Image,
         overrides: &Overrides,
         masters: Option<&Calibration>,
     ) -> Result<(Self, Vec<Note>), PhotometryError> {
-        let path = image.path.display().to_string();
-        let facts = Facts::read(&image.header, [image.width, image.height], overrides);
+        let size = [image.width, image.height];
+        Self::assemble(&image.header, size, image.data, &image.path, overrides, masters)
+    }
+
+    /// The same of a header and pixels \[adu\], row by row, of a frame of `size` (columns, rows); `path` is its name.
+    ///
+    /// # Errors
+    /// [`PhotometryError`] naming the file and what is missing or cannot be used.
+    pub fn assemble(
+        header: &dyn Header,
+        size: [usize; 2],
+        mut data: Vec<f32>,
+        path: &Path,
+        overrides: &Overrides,
+        masters: Option<&Calibration>,
+    ) -> Result<(Self, Vec<Note>), PhotometryError> {
+        let file = path;
+        let path = file.display().to_string();
+        let facts = Facts::read(header, size, overrides);
         let told = facts.wcs.zip(facts.exptime_s).zip(facts.gain_e_adu).zip(facts.time.as_ref());
         let Some((((mapped, exptime_s), gain_e_adu), epoch)) = told else {
             let missing = facts.missing().iter().map(ToString::to_string).collect::<Vec<_>>().join("; ");
@@ -151,9 +188,9 @@ impl Frame {
         if let Some(masters) = masters {
             let reduce = |source| PhotometryError::Reduce { path: path.clone(), source };
             let exposure = Exposure { exptime_s, temperature_c: facts.ccd_temp_c, saturate_adu };
-            let applied = masters.apply(&mut image.data, &exposure).map_err(reduce)?;
+            let applied = masters.apply(&mut data, &exposure).map_err(reduce)?;
             for index in &applied.saturated {
-                image.data[*index] = f32::INFINITY;
+                data[*index] = f32::INFINITY;
             }
             let extra = masters.extra(exptime_s, Detail::Median).map_err(reduce)?;
             let (fixed, bright) = (extra.variance(0, 0, 0.0), extra.variance(0, 0, 1.0));
@@ -170,10 +207,10 @@ impl Frame {
             }
             (bias_adu, saturate_adu) = (Some(0.0), f64::INFINITY);
         }
-        let stem = image.path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+        let stem = file.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
         let stem = stem.trim_end_matches(".fits").trim_end_matches(".fit");
         let digits = &stem[stem.trim_end_matches(|c: char| c.is_ascii_digit()).len()..];
-        let dark_e = image.header.number("DARKCUR").filter(|x| *x >= 0.0 && x.is_finite());
+        let dark_e = header.number("DARKCUR").filter(|x| *x >= 0.0 && x.is_finite());
         let mut frame = Self {
             wcs: mapped.wcs,
             solved: false,
@@ -195,9 +232,9 @@ impl Frame {
             seeing_arcsec: facts.seeing.map(|s| s / ARCSEC),
             object: facts.object.unwrap_or_default(),
             number: digits.parse().ok(),
-            width: image.width,
-            height: image.height,
-            data: image.data,
+            width: size[0],
+            height: size[1],
+            data,
         };
         if let Some(section) = facts.trim {
             frame.trim(&section);
@@ -245,6 +282,11 @@ impl Frame {
         let scale = self.wcs.pixel_scale() / ARCSEC;
         let fwhm = self.seeing_arcsec.map_or(3.0, |s| (s / scale).hypot(0.68));
         if fwhm.is_finite() { fwhm.clamp(1.2, 25.0) } else { 3.0 }
+    }
+
+    /// Half the trail that stars in the frame's middle draw \[px\]; zero where the stars are tracked.
+    pub fn star_half(&self) -> DVec2 {
+        self.star_segment(self.wcs.centre).map_or(DVec2::ZERO, |segment| segment.half)
     }
 
     /// The segment a star draws: its place at the start and the end of the exposure. The mount turns about

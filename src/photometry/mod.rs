@@ -26,6 +26,8 @@ pub mod centroid;
 pub mod detect;
 pub mod detection;
 pub mod extract;
+#[cfg(test)]
+mod extreme_tests;
 pub mod field;
 pub mod frame;
 pub mod growth;
@@ -65,6 +67,7 @@ use field::Track;
 use glam::{DVec2, DVec3};
 use segment::Segment;
 use single::{Aperture, Flux};
+use stamp::Stamp;
 use zeropoint::{MAG_PER_SHARE, ZeroPoint};
 
 /// Bits of `flags`.
@@ -398,6 +401,11 @@ impl Sources<'_> {
         let (source, flux, aperture) = there.unwrap_or_else(|| sum(*predicted));
         row.set_place(frame, source.centre);
         row.set_flux(&flux, &aperture);
+        if row.flags & flag::SATURATED != 0 {
+            let core = 1.5 * aperture.fwhm;
+            let stamp = Stamp::gather(frame, &source, 8.0 * aperture.fwhm, core, |_| false);
+            row.flags |= if stamp.bloomed { flag::BLOOMED } else { 0 };
+        }
         if let Some(star) = stars {
             row.share_covariance =
                 self.psf.covariance(&aperture.shares, &star.shares) / (aperture.share * star.share);

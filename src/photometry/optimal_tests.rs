@@ -169,6 +169,7 @@ fn without_noise(case: &Case, flux: f64) -> Frame {
     }
     (frame.gain_e_adu, frame.bias_adu) = (camera.gain, Some(camera.bias_adu));
     frame.read_noise_e = Some(camera.read_noise_e);
+    frame.saturate_adu = f64::INFINITY;
     frame
 }
 
@@ -177,7 +178,7 @@ fn camera(shape: Shape, fwhm: f64) -> Camera {
     Camera { shape, fwhm, ..Camera::default() }
 }
 
-/// Images of 2 px and more, SNR 5 to 300, points and trails of 5 to 100 px: the variance told is that of the Cramer-Rao bound
+/// Images of 2 px and more, SNR 5 to 1000, points and trails of 5 to 100 px: the variance told is that of the Cramer-Rao bound
 /// within 5 %, and a flux without noise is the true one within 0.1 % or a tenth of its error.
 #[test]
 fn the_variance_is_that_of_the_bound() {
@@ -188,7 +189,7 @@ fn the_variance_is_that_of_the_bound() {
         {
             let case = Case::new(camera(shape, fwhm), half, DVec2::new(0.31, -0.17));
             let psf = Psf::known(shape, fwhm);
-            for snr in [5.0, 30.0, 300.0] {
+            for snr in [5.0, 30.0, 300.0, 1000.0] {
                 let flux = case.flux_of(snr);
                 let choice = Choice { free: false, joint: false, flat_rms: 0.0 };
                 let frame = without_noise(&case, flux);
@@ -220,7 +221,8 @@ fn fluxes_and_places_scatter_as_the_bound_says() {
             o.bias.abs() < 0.1 && (o.variance.sqrt() - 1.0).abs() < 0.07 && (o.told - 1.0).abs() < 0.14,
             "{told}"
         );
-        let steady = |ratio: f64| (0.86..1.16).contains(&ratio);
+        println!("{told}");
+        let steady = |ratio: f64| (0.9..1.1).contains(&ratio);
         assert!(!free || (steady(o.place.x) && steady(o.place.y)), "{told}");
     }
 }

@@ -72,8 +72,7 @@ pub fn search(frame: &mut Frame, stars: &[FieldStar]) -> Result<Solved, Refusal>
 
 /// Everything in a frame that drew the stars' trail, the most significant first.
 fn detections(frame: &Frame) -> Result<Vec<Detection>, DetectionError> {
-    let half = frame.star_segment(frame.wcs.centre).map_or(DVec2::ZERO, |s| s.half);
-    let found = whole(frame, half, &[])?.stars;
+    let found = whole(frame, frame.star_half(), &[])?.stars;
     let usable = found.iter().filter(|s| !s.edge).take(MOST_DETECTIONS);
     let sigma = |s: &Source| (s.place_sigma[0].hypot(s.place_sigma[1]) / std::f64::consts::SQRT_2).max(0.02);
     Ok(usable.map(|s| Detection { at: s.place, flux: s.flux, sigma: sigma(s) }).collect())

@@ -5,9 +5,9 @@ use super::profile::Shape;
 use super::segment::Segment;
 use crate::astro::direction;
 use crate::astro::time::Instant;
-use crate::base::poisson::poisson;
+use crate::base::poisson::draw_poisson;
 use crate::base::random::{Address, Stage};
-use crate::base::sample::normal;
+use crate::base::sample::add_normal;
 use crate::base::units::ARCSEC;
 use crate::plan::wcs::Wcs;
 use glam::{DMat2, DVec2};
@@ -128,9 +128,10 @@ pub fn develop(camera: &Camera, width: usize, height: usize, seed: u64, mean: &[
     let mut frame = blank(width, height, 0.0);
     let shot = Address { seed, frame: 1, stage: Stage::Shot };
     let read = Address { seed, frame: 1, stage: Stage::Read };
-    for (pixel, (value, mean)) in frame.data.iter_mut().zip(mean).enumerate() {
-        let pixel = pixel as u64;
-        let electrons = poisson(&shot, pixel, *mean) + camera.read_noise_e * normal(&read, pixel);
+    let mut electrons = mean.to_vec();
+    draw_poisson(&shot, 0, &mut electrons);
+    add_normal(&read, 0, camera.read_noise_e, &mut electrons);
+    for (value, electrons) in frame.data.iter_mut().zip(electrons) {
         *value = (electrons / camera.gain + camera.bias_adu).round().clamp(0.0, 65_535.0) as f32;
     }
     frame.gain_e_adu = camera.gain;

@@ -7,7 +7,9 @@
 use super::RunError;
 use super::lightcurve::{Job, Object, ready, star_light};
 use crate::base::units::ARCSEC;
-use crate::photometry::detection::{FrameDetections, LinkSettings, SkyDetection, Source, Track, link};
+use crate::photometry::detection::{
+    DetectionError, FrameDetections, LinkSettings, SkyDetection, Source, Track, link,
+};
 use crate::photometry::field::{self, FieldStar};
 use crate::photometry::frame::Frame;
 use crate::photometry::solve::whole;
@@ -109,16 +111,9 @@ fn at(track: &Track, time_s: f64) -> DVec2 {
     track.place + track.rate * t + track.acceleration * (0.5 * t * t)
 }
 
-fn star_half(frame: &Frame) -> DVec2 {
-    frame.star_segment(frame.wcs.centre).map_or(DVec2::ZERO, |s| s.half)
-}
-
 /// Sources that are no stars: of another trail than theirs, or without a catalogue star where they are.
-fn strangers(
-    frame: &Frame,
-    stars: &[FieldStar],
-) -> Result<Vec<Source>, crate::photometry::detection::DetectionError> {
-    let half = star_half(frame);
+fn strangers(frame: &Frame, stars: &[FieldStar]) -> Result<Vec<Source>, DetectionError> {
+    let half = frame.star_half();
     let trailed = half.length() >= SHORT_PX / 2.0;
     let found = whole(frame, half, if trailed { &[DVec2::ZERO] } else { &[] })?;
     let tracks = field::tracks(frame, stars, frame.expected_fwhm_px());

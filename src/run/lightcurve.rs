@@ -129,7 +129,8 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
 /// A frame belongs to an exposure of the scene if their middles differ by less than this \[s\].
 const SAME_TIME_S: f64 = 0.5;
 
-type Row = (Measurement, Option<Geometry>);
+/// A measurement, and the geometry that a scene knows.
+pub type Row = (Measurement, Option<Geometry>);
 
 /// A frame; one whose header does not tell where it looks is taken to look at the place given.
 fn read(path: &Path, job: &Job) -> Result<(Frame, Vec<Note>), RunError> {
@@ -195,7 +196,11 @@ pub(super) fn star_light(job: &Job) -> Result<StarLight, RunError> {
     Ok(StarLight::new(&throughput))
 }
 
-fn measure_frame(
+/// The scene's targets in a frame, or the one at the place given.
+///
+/// # Errors
+/// [`RunError`] for a frame of another time than the scene's.
+pub fn measure_frame(
     frame: &Frame,
     stars: &[FieldStar],
     job: &Job,
@@ -243,9 +248,9 @@ fn matching_view(planner: &Planner, scene: &Scene, frame: &Frame) -> Result<View
     Ok(view)
 }
 
-/// Catalogue stars that can be on the frame, at their places of its time. Magnitudes are those of sunlight that gives as many
+/// Catalogue stars that can be on the frame or within `margin` \[rad\] of it, at their places of its time. Magnitudes are those of sunlight that gives as many
 /// electrons, the light curve's own scale.
-fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight, margin: f64) -> Vec<FieldStar> {
+pub fn field_stars(frame: &Frame, catalogue: &Catalogue, light: &StarLight, margin: f64) -> Vec<FieldStar> {
     let size = DVec2::new(frame.width as f64, frame.height as f64);
     let centre = frame.wcs.sky((size - 1.0) / 2.0);
     let radius = [DVec2::ZERO, size, DVec2::new(size.x, 0.0), DVec2::new(0.0, size.y)]

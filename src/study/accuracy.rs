@@ -5,6 +5,7 @@
 //! * `sky.moonlight`: scattered moonlight in bands of wavelength, against bands of 1 nm.
 //! * `light.airmass`: the rate of a solar star tabulated over airmass, against the integral over wavelength.
 //! * `object.*`: shadows of shapes, in `object_accuracy`.
+//! * `photometry.flux`: estimators of a flux, in `photometry_accuracy`.
 //! * `psf.stamp`: a point's image cut at a radius, against the whole; the error is the share of light left out.
 //! * `psf.table`: the tabulated response of a pixel against direct quadrature of the profile.
 //! * `psf.trail`: a trail as a sum of stamps against direct quadrature along the path.
@@ -12,6 +13,7 @@
 use super::astro_accuracy;
 use super::errors::{Errors, row};
 use super::object_accuracy;
+use super::photometry_accuracy;
 use super::sky::even_directions;
 use crate::base::accuracy::AccuracyRow;
 use crate::camera::path::Path;
@@ -20,6 +22,7 @@ use crate::camera::region::Region;
 use crate::light::tables;
 use crate::plan::PlanError;
 use crate::plan::view::View;
+use crate::run::RunError;
 use crate::simulate::{SimulateError, Simulator};
 use crate::sky::{self, Source, Toward, field::SkyField, moonlight};
 use crate::stars::drawn::Drawn;
@@ -28,18 +31,20 @@ use glam::DVec2;
 /// Rows for one exposure of a scene. `clock` gives seconds since some moment.
 ///
 /// # Errors
-/// [`SimulateError`] where the Earth's orientation is unknown.
+/// [`RunError`] where the Earth's orientation is unknown or frames cannot be made.
 pub fn rows(
     simulator: &Simulator,
     view: &View,
     clock: &(dyn Fn() -> f64 + Sync),
-) -> Result<Vec<AccuracyRow>, SimulateError> {
-    let mut rows = astro_accuracy::rows(&simulator.planner, &view.mid, clock).map_err(PlanError::from)?;
+) -> Result<Vec<AccuracyRow>, RunError> {
+    let astro = astro_accuracy::rows(&simulator.planner, &view.mid, clock);
+    let mut rows = astro.map_err(PlanError::from).map_err(SimulateError::from)?;
     rows.extend(sky_rows(simulator, view, clock));
     rows.extend(moonlight_rows(simulator, view, clock));
     rows.push(airmass_row(simulator, clock));
     rows.extend(psf_rows(simulator, view, clock)?);
     rows.extend(object_accuracy::rows(simulator.scene, &simulator.graphics, clock));
+    rows.extend(photometry_accuracy::rows(simulator, clock)?);
     mark_pareto(&mut rows);
     Ok(rows)
 }

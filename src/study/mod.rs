@@ -14,6 +14,7 @@ pub mod measured_picture;
 pub mod night_chart;
 pub mod object_accuracy;
 mod palette;
+mod photometry_accuracy;
 pub mod shadow_chart;
 pub mod sky;
 pub mod sky_maps;

@@ -3,11 +3,11 @@
 //! A sampling whose spectral window |sum w exp(2 pi i f t)|^2 (Deeming 1975, Ap&SS 36, 137) peaks at f_s cannot tell a frequency f from
 //! |f + n f_s|. Peaks are sought on the grid of the search, at the median gap, and at the days of Sun and stars.
 
-use super::fft::Complex;
 use super::harmonic::{climb, power_at};
 use super::peaks::{highest, vertex};
 use super::sample::Sample;
 use super::scan::{Grid, Spectrum};
+use super::turn::{Complex, turn};
 use super::types::{Alias, Candidate, Cause, Relation, Shape, WindowPeak};
 
 /// Mean solar day \[s\].
@@ -28,7 +28,7 @@ const MULTIPLES: [(u32, u32); 8] = [(1, 2), (2, 1), (1, 3), (3, 1), (1, 4), (4, 
 /// The spectral window at a frequency.
 fn window_at(sample: &Sample, hz: f64) -> f64 {
     let points = sample.t.iter().zip(&sample.w);
-    points.fold(Complex::default(), |s, (t, w)| s + Complex::turn(hz * t).scale(*w)).norm2()
+    points.fold(Complex::default(), |s, (t, w)| s + turn(hz * t).scale(*w)).norm_sqr()
 }
 
 /// Peaks of the spectral window, the highest first.

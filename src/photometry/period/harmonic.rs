@@ -12,9 +12,9 @@
 //! The first 2k terms of that sum belong to k harmonics, so one factorisation tells the power of each number of harmonics:
 //! p_k = sum_(i <= 2k) z_i^2 / sum w y^2 (Zechmeister & Kuerster eq. 5 for k = 1).
 
-use super::fft::Complex;
 use super::peaks::vertex;
 use super::sample::Sample;
+use super::turn::{Complex, turn};
 use std::f64::consts::TAU;
 
 /// Added to the variances of the functions, which are 1/2 where the sampling covers the turn: it takes 2e-9 of a power, and bounds the
@@ -56,7 +56,7 @@ impl Fit {
         self.c.fill(Complex::default());
         self.y.fill(Complex::default());
         for ((t, y), w) in sample.t.iter().zip(&sample.y).zip(&sample.w) {
-            let step = Complex::turn(frequency_hz * t);
+            let step = turn(frequency_hz * t);
             let mut z = Complex { re: *w, im: 0.0 };
             let (both, rest) = self.c.split_at_mut(self.y.len());
             for (c, v) in both.iter_mut().zip(&mut self.y) {

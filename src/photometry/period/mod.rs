@@ -13,7 +13,6 @@
 pub mod alias;
 pub mod candidates;
 pub mod false_alarm;
-pub mod fft;
 pub mod fold;
 pub mod harmonic;
 pub mod nufft;
@@ -25,6 +24,7 @@ mod period_tests;
 mod robust_tests;
 pub mod sample;
 pub mod scan;
+pub mod turn;
 pub mod types;
 
 pub use fold::{FoldedBin, fold, maxima, mean_curve};

@@ -7,8 +7,10 @@
 //! its images leave exp(-pi^2 s^2) at the worst frequency; both are exp(-pi m / 2^(1/2)) for s^2 = m / (2^(1/2) pi).
 //! m = 12 leaves 3e-12 of sum |c_j|.
 
-use super::fft::{Complex, Fft};
+use super::turn::Complex;
+use rustfft::{Fft, FftPlanner};
 use std::f64::consts::{PI, SQRT_2};
+use std::sync::Arc;
 
 /// Grid steps to either side that a datum is spread over.
 const REACH: usize = 12;
@@ -18,9 +20,9 @@ const TAPS: usize = 2 * REACH;
 const WIDTH2: f64 = REACH as f64 / (SQRT_2 * PI);
 
 /// Sums for a fixed number of frequencies.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Nufft {
-    fft: Fft,
+    fft: Arc<dyn Fft<f64>>,
     /// Inverse transform of the Gaussian by distance from the middle frequency.
     inverse: Vec<f64>,
     /// exp(-l^2 / 2 s^2) of the taps.
@@ -37,9 +39,10 @@ pub struct Footprint {
 impl Nufft {
     /// For 2^`bits` frequencies, `bits` from 5 to 24 (clamped).
     pub fn new(bits: u32) -> Self {
-        let fft = Fft::new(bits.clamp(5, 24) + 1);
-        let g = fft.size() as f64;
-        let inverse = (0..=fft.size() / 4)
+        // the positive sign in the exponent
+        let fft = FftPlanner::new().plan_fft_inverse(2 << bits.clamp(5, 24));
+        let g = fft.len() as f64;
+        let inverse = (0..=fft.len() / 4)
             .map(|k| (2.0 * WIDTH2 * (PI * k as f64 / g).powi(2)).exp() / (2.0 * PI * WIDTH2).sqrt())
             .collect();
         let taps = std::array::from_fn(|i| (-(i as f64 - REACH as f64 + 1.0).powi(2) / (2.0 * WIDTH2)).exp());
@@ -48,17 +51,17 @@ impl Nufft {
 
     /// Number of frequencies M.
     pub fn size(&self) -> usize {
-        self.fft.size() / 2
+        self.fft.len() / 2
     }
 
     /// Zeros for the grid.
     pub fn grid(&self) -> Vec<Complex> {
-        vec![Complex::default(); self.fft.size()]
+        vec![Complex::default(); self.fft.len()]
     }
 
     /// The footprint of a datum at `turns` = df t, finite.
     pub fn footprint(&self, turns: f64) -> Footprint {
-        let g = self.fft.size();
+        let g = self.fft.len();
         let place = (turns - turns.floor()) * g as f64;
         let base = place.floor();
         let d = place - base;
@@ -79,7 +82,7 @@ impl Nufft {
         if let Some(points) = straight {
             points.iter_mut().zip(&at.weights).for_each(|(p, w)| *p += value.scale(*w));
         } else {
-            let g = self.fft.size();
+            let g = self.fft.len();
             for (i, w) in at.weights.iter().enumerate() {
                 if let Some(p) = grid.get_mut((at.first + i) % g) {
                     *p += value.scale(*w);
@@ -91,7 +94,9 @@ impl Nufft {
     /// Transform a grid: frequency k = 0..M into `out`, where the data were turned by the frequency in the middle,
     /// k = M/2. The grid is left in disorder.
     pub fn finish(&self, grid: &mut [Complex], out: &mut Vec<Complex>) {
-        self.fft.forward(grid);
+        if grid.len() == self.fft.len() {
+            self.fft.process(grid);
+        }
         let half = self.size() / 2;
         let negative = grid.iter().skip(3 * half).take(half).zip(self.inverse.iter().skip(1).rev());
         let positive = grid.iter().zip(&self.inverse).take(half);
@@ -103,6 +108,7 @@ impl Nufft {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::photometry::period::turn::turn;
 
     #[test]
     fn sums_agree_with_direct_ones() {
@@ -113,7 +119,7 @@ mod tests {
         let value = |j: usize| (j as f64 * 0.77).sin();
         let mut grid = nufft.grid();
         for (j, x) in turns.iter().enumerate() {
-            let turned = Complex::turn(x * (m / 2) as f64).scale(value(j));
+            let turned = turn(x * (m / 2) as f64).scale(value(j));
             nufft.spread(&mut grid, &nufft.footprint(*x), turned);
         }
         let mut out = Vec::new();
@@ -124,8 +130,8 @@ mod tests {
             let direct = turns
                 .iter()
                 .enumerate()
-                .fold(Complex::default(), |s, (j, x)| s + Complex::turn(x * k as f64).scale(value(j)));
-            let error = (direct - *z).norm2().sqrt() / total;
+                .fold(Complex::default(), |s, (j, x)| s + turn(x * k as f64).scale(value(j)));
+            let error = (direct - *z).norm_sqr().sqrt() / total;
             // the estimate of the file's head, times the sum over many images and taps
             assert!(error < 2e-11, "k = {k}: {error:e}");
         }

@@ -2,10 +2,10 @@
 //! a band from frequencies h times as far apart. A band turns the data by its middle frequency first, so memory is that
 //! of one band, and no precision is lost at high frequencies.
 
-use super::fft::Complex;
 use super::harmonic::Fit;
 use super::nufft::Nufft;
 use super::sample::Sample;
+use super::turn::{Complex, turn};
 
 /// Largest band: 2^15 frequencies, whose grids stay within a processor's cache.
 const LARGEST_BAND: u32 = 15;
@@ -57,7 +57,7 @@ pub fn scan(sample: &Sample, grid: &Grid, harmonics: usize) -> Spectrum {
     let mut spectrum = Spectrum::default();
     for start in (0..grid.count).step_by(band) {
         let middle_hz = grid.frequency(start + band / 2);
-        let steps = sample.t.iter().map(|t| Complex::turn(middle_hz * t)).collect::<Vec<_>>();
+        let steps = sample.t.iter().map(|t| turn(middle_hz * t)).collect::<Vec<_>>();
         let mut turned = sample.w.iter().map(|w| Complex { re: *w, im: 0.0 }).collect::<Vec<_>>();
         for h in 1..=2 * harmonics {
             grid_w.fill(Complex::default());
@@ -83,7 +83,7 @@ pub fn scan(sample: &Sample, grid: &Grid, harmonics: usize) -> Spectrum {
             fit.solve();
             spectrum.single.push(fit.power(1, sample));
             spectrum.multi.push(fit.power(harmonics, sample));
-            spectrum.window.push(fit.c[1].norm2());
+            spectrum.window.push(fit.c[1].norm_sqr());
         }
     }
     spectrum
