@@ -62,11 +62,11 @@ impl Fit {
             for (c, v) in both.iter_mut().zip(&mut self.y) {
                 *c += z;
                 *v += z.scale(*y);
-                z = z * step;
+                z *= step;
             }
             for c in rest {
                 *c += z;
-                z = z * step;
+                z *= step;
             }
         }
     }

@@ -64,7 +64,7 @@ pub fn scan(sample: &Sample, grid: &Grid, harmonics: usize) -> Spectrum {
             grid_y.fill(Complex::default());
             let points = turned.iter_mut().zip(&steps).zip(sample.t.iter().zip(&sample.y));
             for ((z, step), (t, value)) in points {
-                *z = *z * *step;
+                *z *= *step;
                 let at = nufft.footprint(h as f64 * grid.step_hz * t);
                 nufft.spread(&mut grid_w, &at, *z);
                 if h <= harmonics {
