@@ -7,6 +7,7 @@ pub mod frames;
 pub mod lightcurve;
 pub mod masters;
 pub mod model_curve;
+pub mod periods;
 pub mod tables;
 
 use crate::io::atomic;

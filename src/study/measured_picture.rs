@@ -2,7 +2,7 @@
 
 use super::curve_picture::{Abscissa, Picture, Point, Series, svg};
 use super::palette::COLOURS;
-use crate::io::curve_file::CurveFile;
+use crate::io::curve_file::Row;
 use crate::photometry::period::{Candidate, Report};
 use crate::run::lightcurve::LightCurve;
 use plotters::prelude::*;
@@ -23,16 +23,14 @@ pub fn measured(curve: &LightCurve, title: &str) -> String {
     picture(title, "V outside the atmosphere, mag", series, Abscissa::Time)
 }
 
-/// A curve of a file, against the phase of a period.
-pub fn folded(file: &CurveFile, curve: usize, title: &str, period_s: f64) -> String {
-    let rows = file.rows.iter().filter(|r| r.curve == curve).collect::<Vec<_>>();
-    let point =
-        |r: &&crate::io::curve_file::Row| Point { time: r.time, mag: r.mag, mag_err: r.mag_err, flags: r.flags };
-    let epoch = rows.iter().map(|r| r.time).min_by(|a, b| a.since(b).total_cmp(&0.0));
-    let Some(epoch) = epoch else { return String::new() };
-    let name = file.curves.get(curve).map_or_else(String::new, |c| c.name.clone());
-    let series = vec![Series { name, points: rows.iter().map(point).collect(), model: Vec::new() }];
-    picture(title, "magnitude", series, Abscissa::Phase { period_s, epoch })
+/// Points of a curve and their magnitudes, against the phase of a period that begins with the first of them.
+pub fn folded(points: &[(&Row, f64)], name: &str, period_s: f64) -> String {
+    let Some(epoch) = points.iter().map(|(r, _)| r.time).min() else { return String::new() };
+    let point = |(r, mag): &(&Row, f64)| Point { time: r.time, mag: *mag, mag_err: r.mag_err, flags: r.flags };
+    let series =
+        vec![Series { name: name.to_owned(), points: points.iter().map(point).collect(), model: Vec::new() }];
+    let title = format!("{name}: period {period_s:.6} s");
+    picture(&title, "magnitude", series, Abscissa::Phase { period_s, epoch })
 }
 
 fn picture(title: &str, ordinate: &str, series: Vec<Series>, abscissa: Abscissa) -> String {
