@@ -13,7 +13,7 @@ const LEAST_ERROR: f64 = 1e-3;
 /// Range that magnitudes are reduced to \[km\].
 const RANGE_KM: f64 = 1000.0;
 
-/// The usable points of a curve, with their magnitudes at [`RANGE_KM`] if all ranges are known, else as they are.
+/// The usable points of a curve, with their magnitudes at 1000 km if all ranges are known, else as they are.
 pub fn points(file: &CurveFile, curve: usize) -> Vec<(&Row, f64)> {
     let rows = file.rows.iter().filter(|r| r.curve == curve && r.flags & SPOILT == 0).collect::<Vec<_>>();
     let reduced = file.curves.get(curve).is_some_and(|c| c.reduced);
