@@ -6,7 +6,8 @@
 use nightglass::io::fits::{Pixels, write};
 use nightglass::photometry::header::Overrides;
 use nightglass::photometry::{Place, Settings};
-use nightglass::run::lightcurve::{Job, measure_frames, settings};
+use nightglass::run::job::Job;
+use nightglass::run::lightcurve::{measure_frames, settings};
 use nightglass::scene::{Method, Options, load};
 use nightglass::simulate::catalogue;
 
@@ -39,6 +40,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
             objects: Vec::new(),
             masters: None,
             told: &|_, _, _| (),
+            seen: &|_, _, _, _| {},
             done: &|| (),
         };
         let curve = measure_frames(&job)?;

@@ -40,6 +40,7 @@ pub mod astro;
 pub mod base;
 pub mod camera;
 pub mod cli;
+pub mod inversion;
 pub mod io;
 pub mod light;
 pub mod object;

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 /// The rooms, from the foundation up to the command line.
-const ROOMS: [&str; 15] = [
+const ROOMS: [&str; 16] = [
     "base",
     "astro",
     "object",
@@ -17,6 +17,7 @@ const ROOMS: [&str; 15] = [
     "camera",
     "io",
     "photometry",
+    "inversion",
     "simulate",
     "run",
     "study",

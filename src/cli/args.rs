@@ -69,6 +69,8 @@ pub(super) enum Command {
     Lightcurve(With<SceneArgs>),
     /// Light curve from frames: pixels and headers
     Photometry(Box<With<PhotometryArgs>>),
+    /// The shape behind a light curve: facets, body, boxes and panels, with what is sure of them
+    Invert(With<InvertArgs>),
     /// Periods in a light curve, and what they may be mistaken for
     Period(With<PeriodArgs>),
     /// Error against run time of every approximation the scene uses, against its slow reference
@@ -115,6 +117,7 @@ impl Command {
             Self::Sky(with) => &with.global,
             Self::Calibrate(with) => &with.global,
             Self::Photometry(with) => &with.global,
+            Self::Invert(with) => &with.global,
             Self::Period(with) => &with.global,
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
@@ -211,6 +214,24 @@ const FORMATS: &[&str] =
     if cfg!(feature = "parquet") { &["csv", "alcdef", "parquet"] } else { &["csv", "alcdef"] };
 
 #[derive(Debug, Args)]
+pub(super) struct InvertArgs {
+    /// Light curve: ECSV, CSV, ALCDEF, or DAMIT's lc.txt, with the directions to Sun and observer
+    pub lightcurve: PathBuf,
+    /// Scene that tells attitude and materials
+    #[arg(long)]
+    pub scene: Option<String>,
+    /// Which target, where there are several
+    #[arg(long)]
+    pub target: Option<String>,
+    /// Bodies tried: convex ones and, where these do not do, boxes and panels; or one of both
+    #[arg(long, value_parser = ["auto", "convex", "nonconvex"])]
+    pub model: Option<String>,
+    /// Mesh of the true shape, only compared with
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct PeriodArgs {
     /// Light curve: ECSV, CSV, ALCDEF, or DAMIT's lc.txt
     pub lightcurve: PathBuf,
@@ -254,6 +275,9 @@ pub(super) struct PhotometryArgs {
     /// Columns of what the errors are made of
     #[arg(long)]
     pub errors: bool,
+    /// A picture of each measurement in finder/ of the directory of -o: the target, its aperture, the stars beside it
+    #[arg(long, requires = "output")]
+    pub finder: bool,
     /// Further formats written to the directory of -o
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', value_parser = clap::builder::PossibleValuesParser::new(FORMATS))]
     pub also: Vec<String>,

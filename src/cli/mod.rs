@@ -7,6 +7,7 @@ mod calibrate;
 mod catalog;
 mod explain;
 mod gpu;
+mod invert;
 mod lightcurve;
 mod period;
 mod photometry;
@@ -40,6 +41,7 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Render(with) => render::render(&with.args, global, &talk),
         Command::Calibrate(with) => calibrate::calibrate(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
+        Command::Invert(with) => invert::invert(&with.args, global, &talk),
         Command::Period(with) => period::period(&with.args, global, &talk),
         Command::Lightcurve(with) => lightcurve::lightcurve(&with.args, global, &talk),
         Command::Time(with) => time::time(&with.args, global),

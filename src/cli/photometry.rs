@@ -1,21 +1,24 @@
 //! `nightglass photometry`, and the measurement that `run` shares.
 
 use super::args::{Global, HeaderArgs, PhotometryArgs};
-use super::talk::{Failure, Talk, give, load, print, print_json};
+use super::talk::{Failure, Talk, give, load, print, print_json, write_bytes};
 use crate::astro::direction;
 use crate::io::ecsv::to_ecsv;
 use crate::photometry::header::Overrides;
-use crate::photometry::{Place, Settings};
-use crate::run::lightcurve::{Job, LightCurve, measure_frames, settings};
+use crate::photometry::{FieldStar, Frame, Place, Settings};
+use crate::run::job::{Job, Row};
+use crate::run::lightcurve::{LightCurve, measure_frames, settings};
 use crate::run::masters::CalibrationFiles;
 use crate::run::{curve_files, find};
 use crate::scene::Method;
 use crate::simulate::{SimulateError, catalogue};
 use crate::stars::catalogue::Catalogue;
+use crate::study::finder;
 use crate::study::measured_picture::measured;
 use glam::DVec2;
 use serde_json::json;
 use std::path::Path;
+use std::sync::{Mutex, PoisonError};
 
 pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = args.scene.as_deref().map(|s| load(s, global)).transpose()?;
@@ -48,6 +51,8 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         CalibrationFiles { bias: files.biases.clone(), dark: files.darks.clone(), flat: files.flats.clone() };
     let masters = files.masters(&overrides)?;
     let bar = talk.bar(args.frames.len(), "photometry");
+    let finders = global.output.as_deref().filter(|_| args.finder).map(|dir| dir.join("finder"));
+    let failed: Mutex<Option<Failure>> = Mutex::new(None);
     let mut job = Job {
         frames: &args.frames,
         place,
@@ -61,6 +66,12 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         told: &|path, what, warning| {
             let text = format!("{}: {what}", path.display());
             if warning { talk.say(&text) } else { talk.detail(&text) }
+        },
+        seen: &|path, frame, stars, rows| {
+            let Some(dir) = &finders else { return };
+            if let Err(failure) = draw_finders(dir, path, frame, stars, rows, global) {
+                failed.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(failure);
+            }
         },
         done: &|| bar.inc(1),
     };
@@ -76,6 +87,9 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
     }
     let curve = measure(&job, talk)?;
     bar.finish_and_clear();
+    if let Some(failure) = failed.lock().unwrap_or_else(PoisonError::into_inner).take() {
+        return Err(failure);
+    }
     if let Some(dir) = &global.output {
         let station = scene.as_ref().map_or("UNKNOWN", |s| s.station.name.as_str());
         write_all(dir, &curve, station, &args.also, global, talk)?;
@@ -85,6 +99,25 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
         (false, None) => print(&to_ecsv(&curve.table)),
         (false, Some(_)) => Ok(()),
     }
+}
+
+/// A picture of each of a frame's measurements.
+fn draw_finders(
+    dir: &Path,
+    path: &Path,
+    frame: &Frame,
+    stars: &[FieldStar],
+    rows: &[Row],
+    global: &Global,
+) -> Result<(), Failure> {
+    let stem = path.file_stem().map(|s| s.to_string_lossy().into_owned()).unwrap_or_default();
+    let stem = stem.trim_end_matches(".fits");
+    for (k, (row, _)) in rows.iter().enumerate() {
+        let name = if rows.len() > 1 { format!("{stem}_{k}.png") } else { format!("{stem}.png") };
+        let picture = finder::png(frame, stars, row).map_err(|e| Failure::Input(format!("{name}: {e}")))?;
+        write_bytes(&dir.join(name), &picture, global)?;
+    }
+    Ok(())
 }
 
 /// The light curve in a directory, in all forms asked for.
@@ -115,7 +148,7 @@ fn write_all(
             "parquet" => {
                 let bytes = crate::io::parquet::to_parquet(&curve.table);
                 let bytes = bytes.map_err(|fault| Failure::Input(format!("lightcurve.parquet: {fault}")))?;
-                super::talk::write_bytes(&dir.join("lightcurve.parquet"), &bytes, global)?;
+                write_bytes(&dir.join("lightcurve.parquet"), &bytes, global)?;
             }
             _ => {}
         }

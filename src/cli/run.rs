@@ -8,7 +8,8 @@ use crate::io::atomic;
 use crate::photometry::Place;
 use crate::photometry::header::Overrides;
 use crate::run::curve_files;
-use crate::run::lightcurve::{Job, settings};
+use crate::run::job::Job;
+use crate::run::lightcurve::settings;
 use crate::run::tables;
 use crate::simulate::{SimulateError, catalogue};
 use crate::study::measured_picture::measured;
@@ -33,6 +34,7 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
             objects: Vec::new(),
             masters: None,
             told: &|_, _, _| (),
+            seen: &|_, _, _, _| {},
             done: &|| bar.inc(1),
         };
         let curve = measure(&job, talk)?;

@@ -18,5 +18,8 @@ pub mod labels;
 pub mod parquet;
 pub mod preview;
 pub mod regions;
+pub mod shape_file;
+#[cfg(test)]
+mod shape_file_tests;
 pub mod tdm;
 mod yaml;

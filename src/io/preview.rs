@@ -56,13 +56,7 @@ impl Preview {
             sums[y * columns + x] as f32 / (within(x, self.width) * within(y, self.height)) as f32
         };
         let binned = (0..rows).rev().flat_map(|y| (0..columns).map(move |x| mean(x, y))).collect::<Vec<_>>();
-        let (low, high) = limits(&binned);
-        let shade = |v: &f32| {
-            let share = ((v - low) / (high - low)).clamp(0.0, 1.0);
-            ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
-        };
-        let bytes = binned.iter().map(shade).collect::<Vec<_>>();
-        encoded(columns, rows, &bytes, ExtendedColorType::L8)
+        encoded(columns, rows, &shades(&binned), ExtendedColorType::L8)
     }
 }
 
@@ -82,6 +76,17 @@ pub fn rgb_png(width: usize, height: usize, rgb: &[u8]) -> io::Result<Vec<u8>> {
         return Err(io::Error::other(format!("{} bytes for {width} x {height} pixels", rgb.len())));
     }
     encoded(width, height, rgb, ExtendedColorType::Rgb8)
+}
+
+/// Shades of values, by the stretch of all previews; what is no number is black.
+pub fn shades(values: &[f32]) -> Vec<u8> {
+    let finite = values.iter().copied().filter(|v| v.is_finite()).collect::<Vec<_>>();
+    let (low, high) = limits(&finite);
+    let shade = |v: &f32| {
+        let share = ((v - low) / (high - low)).clamp(0.0, 1.0);
+        ((STRETCH * share).asinh() / STRETCH.asinh() * 255.0).round() as u8
+    };
+    values.iter().map(shade).collect()
 }
 
 /// Black and white of the stretch.

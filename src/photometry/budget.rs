@@ -22,6 +22,22 @@ pub struct Budget {
 }
 
 impl Budget {
+    /// Of a flux that is multiplied by `factor`.
+    #[must_use]
+    pub fn scaled(&self, factor: f64) -> Self {
+        let part = |v: f64| v * factor;
+        Self {
+            shot: part(self.shot),
+            sky: part(self.sky),
+            dark: part(self.dark),
+            read: part(self.read),
+            rounding: part(self.rounding),
+            background: part(self.background),
+            share: part(self.share),
+            flat: part(self.flat),
+        }
+    }
+
     /// All causes together \[e\].
     pub fn total(&self) -> f64 {
         self.parts().iter().map(|(_, part)| part * part).sum::<f64>().sqrt()

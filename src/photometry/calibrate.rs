@@ -3,19 +3,23 @@
 use super::Settings;
 use super::centroid;
 use super::detect;
+use super::elongation;
 use super::field::{self, Track};
 use super::frame::Frame;
-use super::growth::{self, Psf};
+use super::growth::Psf;
+use super::psf_fit;
 use super::rings::{self, Rings};
 use super::segment::Segment;
 use super::single::{self, Aperture};
+use super::trend::Trend;
 use super::zeropoint::{self, StarFlux, ZeroPoint};
 use glam::DVec2;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// Most sources used for the point spread function.
 const PSF_SOURCES: usize = 24;
 /// So many without a neighbour in their wings make the others unneeded.
-const PSF_CLEAR: usize = 6;
+const PSF_CLEAR: usize = 12;
 /// Light of neighbours beside a star, as a share of its own, above which there is a neighbour in its wings.
 const PSF_SPOILT: f64 = 5e-4;
 /// Signal-to-noise ratio above which a source tells of the point spread function.
@@ -73,7 +77,7 @@ pub fn bright_sources(
     sources
 }
 
-/// The point spread function; fitted again on rings of its own size if the expected width was far off.
+/// The point spread function, from rings of its own size: they are gathered again if the expected width was far off.
 pub fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expected: f64) -> Psf {
     const WIDTH_UNKNOWN: f64 = 0.25;
     let mut fwhm = expected;
@@ -83,14 +87,19 @@ pub fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expec
             Rings::gather(frame, segment, &edges, *variance, |p| field::covered(beside, p))
         });
         let rings = rings.collect::<Vec<_>>();
-        let psf = growth::fit(&rings, &edges, (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm);
-        let ratio = psf.fwhm_px / fwhm;
+        let fit = psf_fit::Fit::new(&rings, &edges, (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm);
+        let ratio = fit.fwhm_px() / fwhm;
         if (0.8..1.25).contains(&ratio) || sources.is_empty() || !ratio.is_finite() {
+            let (mut psf, own) = fit.posterior();
+            let widths = own.iter().map(|w| (frame.relative(w.centre), *w)).collect::<Vec<_>>();
+            psf.trend = Trend::of(&widths);
+            let points = sources.iter().map(|(segment, variance, _)| (*segment, *variance)).collect::<Vec<_>>();
+            psf.lens = elongation::lens(frame, &psf, &points);
             return psf;
         }
-        fwhm = psf.fwhm_px.clamp(0.7, 40.0);
+        fwhm = fit.fwhm_px().clamp(0.7, 40.0);
     }
-    growth::fit(&[], &rings::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm)
+    psf_fit::Fit::new(&[], &rings::ring_edges(fwhm), (fwhm, WIDTH_UNKNOWN), 60.0 * fwhm).posterior().0
 }
 
 /// The zero point from lonely stars, and the aperture of a typical one.
@@ -102,8 +111,16 @@ pub fn stars_zero_point(
     scintillation: f64,
     settings: &Settings,
 ) -> (ZeroPoint, Option<Aperture>) {
+    /// Stars whose widths differ by less share their apertures.
+    const ALIKE: f64 = 0.005;
     let Some(first) = lonely.first() else { return (ZeroPoint::NONE, None) };
-    let ladder = single::ladder(psf, &tracks[*first].segment, settings.aperture_px, false);
+    let kind = |place: DVec2| (psf.trend.factor(frame.relative(place)).ln() / ALIKE).round() as i64;
+    let kinds = lonely.iter().map(|i| kind(tracks[*i].segment.centre)).collect::<BTreeSet<_>>();
+    let of_kind = |k: i64| {
+        let psf = psf.wider((k as f64 * ALIKE).exp());
+        (k, single::ladder(&psf, &tracks[*first].segment, settings.aperture_px, false))
+    };
+    let ladders = kinds.into_iter().map(of_kind).collect::<BTreeMap<_, _>>();
     let mut fluxes = Vec::new();
     let mut used: Vec<&Aperture> = Vec::new();
     for index in lonely {
@@ -118,7 +135,8 @@ pub fn stars_zero_point(
                 centroid::windowed(frame, &segment, psf.fwhm_px, look.background_adu, 0.75 * psf.fwhm_px);
             segment = centred.map_or(segment, |p| segment.at(p));
         }
-        let (flux, aperture) = single::best_flux(frame, &segment, &ladder, &beside, settings.flat_rms);
+        let Some(ladder) = ladders.get(&kind(tracks[*index].segment.centre)) else { continue };
+        let (flux, aperture) = single::best_flux(frame, &segment, ladder, &beside, settings.flat_rms);
         if flux.flags == 0 && flux.flux_e.is_finite() {
             used.push(aperture);
             // the share's uncertainty is common to all stars: it is added once, below

@@ -18,6 +18,9 @@ const NEAR_SIGMA: f64 = 4.5;
 /// Threshold anywhere in the search radius: one chance in 1e4 among the 1e4 places.
 const FAR_SIGMA: f64 = 6.0;
 
+/// Fewer stars do not tell a pointing that is far off.
+const FEWEST_AFAR: usize = 3;
+
 /// Significance of a source centred at the pixels about a predicted place.
 struct Map {
     radius: i64,
@@ -165,8 +168,10 @@ pub fn common_shift(frame: &Frame, predicted: &[Segment], fwhm: f64, search_px: 
         }
     }
     let Some(stack) = stack else { return DVec2::ZERO };
-    let enough = 6.0 * (predicted.len() as f64).sqrt();
-    let Some((peak, height)) = stack.peak(DVec2::ZERO, search_px.min(WIDEST_PX)) else { return DVec2::ZERO };
+    let enough = FAR_SIGMA * (predicted.len() as f64).sqrt();
+    // one or two stars may be mistaken for others, unless they are where they should be
+    let reach = if predicted.len() < FEWEST_AFAR { (2.0 * fwhm).max(3.0) } else { WIDEST_PX };
+    let Some((peak, height)) = stack.peak(DVec2::ZERO, search_px.min(reach)) else { return DVec2::ZERO };
     if height < enough {
         return DVec2::ZERO;
     }

@@ -5,6 +5,7 @@ use super::field::{self, Track};
 use super::flag;
 use super::frame::Frame;
 use super::growth::Psf;
+use super::hidden;
 use super::optimal::{self, Fitted, Neighbour};
 use super::point_image::PointImage;
 use super::segment::Segment;
@@ -25,6 +26,8 @@ const NEGLIGIBLE: f64 = 0.02;
 const CATALOGUE: f64 = 0.15;
 /// A neighbour's place is its own if known better than this \[px\].
 const PLACED_PX: f64 = 0.5;
+/// Most stars of no catalogue taken into a fit.
+const MOST_HIDDEN: usize = 3;
 /// Most neighbours fitted together.
 const MOST_NEIGHBOURS: usize = 12;
 
@@ -49,6 +52,17 @@ pub struct Extraction {
     pub chi2: f64,
     /// Bits of [`flag`].
     pub flags: u32,
+}
+
+impl Extraction {
+    /// As a corrected frame counts, of electrons as they arrived.
+    fn counted(mut self, response: f64) -> Self {
+        self.flux_e /= response;
+        self.place_bias_e /= response;
+        self.background_e_px /= response;
+        self.budget = self.budget.scaled(1.0 / response);
+        self
+    }
 }
 
 /// How the target is to be fitted.
@@ -86,8 +100,9 @@ pub fn extract(
     let image = psf.image(radius + 2.0 * fwhm);
     let look = single::look(frame, target, fwhm, beside);
     let site = Site { frame, image: &image, look: &look, target, fwhm };
-    let noise = PixelNoise::divided(look.sky_variance, frame.gain_e_adu, frame.read_noise_e, frame.dark_e);
-    let stars = if choice.joint { site.neighbours(beside, zero_point, radius) } else { vec![] };
+    let noise =
+        PixelNoise::divided(look.sky_variance, frame.gain_at(target.centre), frame.read_noise_e, frame.dark_e);
+    let mut stars = if choice.joint { site.neighbours(beside, zero_point, radius) } else { vec![] };
     let masked = |p: DVec2| {
         if choice.joint {
             return false;
@@ -96,8 +111,25 @@ pub fn extract(
     };
     let mut source = *target;
     let mut stamp = Stamp::gather(frame, &source, radius, core, masked);
-    let fit = |stamp: &Stamp, source: &Segment| optimal::flux(stamp, psf, &image, source, &stars, &noise, core);
-    let mut fitted = fit(&stamp, &source)?;
+    let fit = |stamp: &Stamp, source: &Segment, stars: &[Neighbour]| {
+        optimal::flux(stamp, psf, &image, source, stars, &noise, core)
+    };
+    let mut fitted = fit(&stamp, &source, &stars)?;
+    let mut flags = 0;
+    for _ in 0..MOST_HIDDEN {
+        let known = |place| {
+            let others = stars.iter().zip(&fitted.neighbours).map(|(s, f)| f * image.share(&s.segment, place));
+            let light = fitted.flux_e.max(0.0) * image.share(&source, place) + others.sum::<f64>().max(0.0);
+            (fitted.level_e + light, noise.total() + light)
+        };
+        let trail = hidden::trail(&stamp, &source, frame.star_half(), fwhm, known);
+        flags |= if trail.is_some() { flag::TRAIL_CROSSING } else { 0 };
+        let point = if trail.is_none() { hidden::point(&stamp, &source, fwhm, known) } else { None };
+        flags |= if point.is_some() { flag::NEIGHBOUR } else { 0 };
+        let Some(segment) = trail.or(point) else { break };
+        stars.push(Neighbour { segment, expected: None });
+        fitted = fit(&stamp, &source, &stars)?;
+    }
     let mut centre_sigma = DVec2::NAN;
     if choice.free && fitted.flux_e > 0.0 {
         let cleaned = without(&stamp, &image, &stars, &fitted);
@@ -109,10 +141,12 @@ pub fn extract(
             source = source.at(placed.centre);
             centre_sigma = placed.sigma;
             stamp = Stamp::gather(frame, &source, radius, core, masked);
-            fitted = fit(&stamp, &source)?;
+            fitted = fit(&stamp, &source, &stars)?;
         }
     }
-    Some(told(&stamp, &fitted, psf, &source, centre_sigma, choice, frame.masters_flat_rms))
+    let mut told = told(&stamp, &fitted, psf, &source, centre_sigma, choice, frame.masters_flat_rms);
+    told.flags |= flags;
+    Some(told.counted(frame.response_at(target.centre)))
 }
 
 fn told(
@@ -167,7 +201,8 @@ impl Site<'_> {
     fn neighbours(&self, beside: &[Track], zero_point: &ZeroPoint, radius: f64) -> Vec<Neighbour> {
         let noise = (self.look.sky_variance * 2.27 * self.fwhm * self.fwhm).sqrt();
         let near = beside.iter().filter(|t| t.segment.gap(self.target) < radius);
-        let flux = |track: &Track| 10f64.powf(0.4 * (zero_point.mag - track.mag_v));
+        let response = self.frame.response_at(self.target.centre);
+        let flux = |track: &Track| response * 10f64.powf(0.4 * (zero_point.mag - track.mag_v));
         let matters = near.filter(|t| flux(t).is_nan() || flux(t) > NEGLIGIBLE * noise).take(MOST_NEIGHBOURS);
         matters
             .map(|track| match flux(track) {
@@ -185,7 +220,8 @@ impl Site<'_> {
         let core = CORE * self.fwhm;
         let hidden = |p: DVec2| self.target.distance(p) < 2.0 * self.fwhm;
         let stamp = Stamp::gather(self.frame, star, 2.0 * core, core, hidden);
-        let level = (self.look.background_adu - self.frame.bias_adu.unwrap_or(0.0)) * self.frame.gain_e_adu;
+        let level =
+            (self.look.background_adu - self.frame.bias_adu.unwrap_or(0.0)) * self.frame.gain_at(star.centre);
         let found = optimal::place(&stamp, self.image, star, flux, level, self.look.sky_variance, self.fwhm);
         match found {
             Some(found) if found.sigma.max_element() < PLACED_PX => star.at(found.centre),

@@ -7,6 +7,7 @@
 
 use super::header::{Facts, Header, Note, NoteKind, Overrides, Section};
 use super::reduce::{Calibration, Detail, Exposure, ReduceError};
+use super::response::Response;
 use super::segment::Segment;
 use crate::astro::direction;
 use crate::astro::scales::Scale;
@@ -114,6 +115,8 @@ pub struct Frame {
     pub masters_variance_e2: f64,
     /// Relative error of the master flat.
     pub masters_flat_rms: f64,
+    /// Response that a flat has divided out; none: nothing was.
+    pub response: Option<Response>,
     /// Airmass, if known.
     pub airmass: Option<f64>,
     /// Diameter of the telescope \[mm\], if known.
@@ -224,6 +227,7 @@ impl Frame {
             bias_adu,
             masters_variance_e2: masters_e[0],
             masters_flat_rms: masters_e[1],
+            response: masters.and_then(Calibration::response).cloned(),
             airmass: facts.airmass,
             aperture_mm: facts.aperture_m.map(|d| d * 1e3),
             elevation_m: facts.elevation_m,
@@ -252,7 +256,19 @@ impl Frame {
         let rows = self.data.chunks_exact(self.width).skip(y0).take(height);
         self.data = rows.flat_map(|row| row[x0..x0 + width].iter().copied()).collect();
         (self.width, self.height) = (width, height);
-        self.wcs.crpix -= DVec2::new(x0 as f64, y0 as f64);
+        let first = DVec2::new(x0 as f64, y0 as f64);
+        self.wcs.crpix -= first;
+        self.response = self.response.as_ref().map(|response| response.from(first));
+    }
+
+    /// Electrons that arrived at a place for each that the corrected frame counts there.
+    pub fn response_at(&self, place: DVec2) -> f64 {
+        self.response.as_ref().map_or(1.0, |response| response.at(place))
+    }
+
+    /// Gain there \[e/adu\], for electrons as they arrived.
+    pub fn gain_at(&self, place: DVec2) -> f64 {
+        self.gain_e_adu * self.response_at(place)
     }
 
     /// Value of a pixel \[adu\]; NaN off the frame.

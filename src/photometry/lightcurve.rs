@@ -40,36 +40,88 @@ impl Geometry {
 
 /// Give measurements without a zero point that of their neighbours in time.
 ///
-/// What is borrowed is the zero point of one second, zp - 2.5 log10(exptime), linear in time between the
-/// nearest measured ones before and after, constant beyond the first and last. It is not corrected for airmass:
-/// the frames of one pass change their airmass slowly, and a coefficient would have to be assumed. Its error is
-/// the larger of the neighbours' and half their difference, added in quadrature. Without any neighbour the
-/// magnitude stays NaN.
+/// What is borrowed is the zero point of one second, zp - 2.5 log10(exptime), outside the atmosphere as far as the series
+/// itself tells the extinction (at least 6 of them over 0.15 airmasses): linear in time between the nearest measured ones before and after,
+/// constant beyond the first and last. Its error is the larger of the neighbours' and half their difference, added in
+/// quadrature, with that of the extinction over the difference in airmass. Without any neighbour the magnitude stays NaN.
 pub fn borrow_zero_points(measurements: &mut [Measurement]) {
     let per_second = |m: &Measurement| m.zeropoint_mag - 2.5 * m.exptime_s.log10();
     let known = measurements.iter().filter(|m| m.zeropoint_mag.is_finite() && m.exptime_s > 0.0);
     let known = known.filter(|m| m.flags & flag::BORROWED_ZERO_POINT == 0);
-    let mut known = known.map(|m| (m.time, per_second(m), m.zeropoint_err)).collect::<Vec<_>>();
-    known.sort_by(|a, b| a.0.since(&b.0).total_cmp(&0.0));
-    let at = |t: &Instant| {
-        let after = known.iter().find(|k| k.0.since(t) >= 0.0);
-        let before = known.iter().rev().find(|k| k.0.since(t) < 0.0);
-        match (before, after) {
-            (Some(a), Some(b)) => {
-                let part = t.since(&a.0) / b.0.since(&a.0);
-                Some((a.1 + (b.1 - a.1) * part, a.2.max(b.2).hypot(0.5 * (b.1 - a.1))))
-            }
-            (Some(one), None) | (None, Some(one)) => Some((one.1, one.2)),
-            (None, None) => None,
-        }
-    };
+    let known = known.map(|m| Lent { time: m.time, mag: per_second(m), err: m.zeropoint_err, airmass: m.airmass });
+    let mut known = known.collect::<Vec<_>>();
+    known.sort_by(|a, b| a.time.since(&b.time).total_cmp(&0.0));
+    let extinction = Extinction::of(&known);
     for m in measurements.iter_mut().filter(|m| !m.zeropoint_mag.is_finite()) {
         m.flags |= flag::BORROWED_ZERO_POINT;
-        if let Some((mag, err)) = at(&m.time).filter(|_| m.exptime_s > 0.0) {
+        let after = known.iter().find(|k| k.time.since(&m.time) >= 0.0);
+        let before = known.iter().rev().find(|k| k.time.since(&m.time) < 0.0);
+        let carried = |one: &Lent| extinction.carried(one, m.airmass);
+        let (mag, err) = match (before.map(carried), after.map(carried)) {
+            (Some(a), Some(b)) => {
+                let part = m.time.since(&a.time) / b.time.since(&a.time);
+                (a.mag + (b.mag - a.mag) * part, a.err.max(b.err).hypot(0.5 * (b.mag - a.mag)))
+            }
+            (Some(one), None) | (None, Some(one)) => (one.mag, one.err),
+            (None, None) => continue,
+        };
+        if m.exptime_s > 0.0 {
             m.zeropoint_mag = mag + 2.5 * m.exptime_s.log10();
             m.zeropoint_err = err;
             m.set_magnitude();
         }
+    }
+}
+
+/// A measured zero point of one second.
+#[derive(Debug, Clone, Copy)]
+struct Lent {
+    time: Instant,
+    mag: f64,
+    err: f64,
+    airmass: f64,
+}
+
+/// Extinction in the instrument's band \[mag/airmass\].
+#[derive(Debug, Clone, Copy)]
+struct Extinction {
+    coefficient: f64,
+    err: f64,
+}
+
+impl Extinction {
+    /// Fewer zero points, or a smaller range of airmass, tell no extinction.
+    const FEWEST: usize = 6;
+    const LEAST_RANGE: f64 = 0.15;
+    /// Extinction of a clear night that nothing tells: none is taken off, and this is the error.
+    const UNKNOWN: f64 = 0.2;
+
+    /// From zero points over a range of airmasses: zp = z - k X, by least squares with the scatter about the line as error;
+    /// unknown where that is no surer, or where k is none of an atmosphere's (0 to 1.5).
+    fn of(known: &[Lent]) -> Self {
+        let unknown = Self { coefficient: 0.0, err: Self::UNKNOWN };
+        let known = known.iter().filter(|k| k.airmass.is_finite() && k.mag.is_finite()).collect::<Vec<_>>();
+        let n = known.len() as f64;
+        let mean = |f: &dyn Fn(&Lent) -> f64| known.iter().map(|k| f(k)).sum::<f64>() / n;
+        let (x, z) = (mean(&|k| k.airmass), mean(&|k| k.mag));
+        let range = known.iter().fold((f64::MAX, f64::MIN), |r, k| (r.0.min(k.airmass), r.1.max(k.airmass)));
+        if known.len() < Self::FEWEST || range.1 - range.0 < Self::LEAST_RANGE {
+            return unknown;
+        }
+        let square = mean(&|k| (k.airmass - x).powi(2));
+        let coefficient = -mean(&|k| (k.airmass - x) * (k.mag - z)) / square;
+        let scatter = mean(&|k| (k.mag - z + coefficient * (k.airmass - x)).powi(2)) * n / (n - 2.0);
+        let err = (scatter / (n * square)).sqrt();
+        if (0.0..1.5).contains(&coefficient) && err < Self::UNKNOWN { Self { coefficient, err } } else { unknown }
+    }
+
+    /// A zero point as it would be at another airmass; as it is where one of them is unknown.
+    fn carried(&self, one: &Lent, airmass: f64) -> Lent {
+        let further = airmass - one.airmass;
+        if !further.is_finite() {
+            return *one;
+        }
+        Lent { mag: one.mag - self.coefficient * further, err: one.err.hypot(self.err * further), ..*one }
     }
 }
 
@@ -184,6 +236,28 @@ mod tests {
         let mut lonely = [measured(0.0, f64::NAN)];
         borrow_zero_points(&mut lonely);
         assert!(lonely[0].mag_v.is_nan() && lonely[0].flags & 64 == 64);
+    }
+
+    /// A pass from airmass 1 to 2.5 through 0.3 mag an airmass: frames without stars at its end get the zero point of their own
+    /// airmass; where all airmasses are alike, none is assumed and the error grows.
+    #[test]
+    fn a_borrowed_zero_point_is_that_of_its_own_airmass() {
+        let frame = |i: u32, airmass: f64, known: bool| {
+            let wiggle = 0.002 * f64::from(i % 3) - 0.002;
+            let zp = if known { 22.0 - 0.3 * airmass + wiggle } else { f64::NAN };
+            let mut m = measured(10.0 * f64::from(i), zp);
+            m.airmass = airmass;
+            m
+        };
+        let mut pass = (0..16).map(|i| frame(i, 1.0 + 0.1 * f64::from(i), i < 10)).collect::<Vec<_>>();
+        borrow_zero_points(&mut pass);
+        let last = &pass[15];
+        assert!((last.zeropoint_mag - (22.0 - 0.3 * 2.5)).abs() < 3.0 * last.zeropoint_err, "{last:?}");
+        assert!(last.zeropoint_err < 0.02, "{}", last.zeropoint_err);
+        let mut still = (0..8).map(|i| frame(i, if i < 7 { 1.2 } else { 1.7 }, i < 7)).collect::<Vec<_>>();
+        borrow_zero_points(&mut still);
+        let (mag, err) = (still[7].zeropoint_mag, still[7].zeropoint_err);
+        assert!((mag - 21.64).abs() < 0.01 && (err - 0.1).abs() < 0.01, "{mag} {err}");
     }
 
     #[test]

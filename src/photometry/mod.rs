@@ -25,6 +25,7 @@ mod calibrate;
 pub mod centroid;
 pub mod detect;
 pub mod detection;
+mod elongation;
 pub mod extract;
 #[cfg(test)]
 mod extreme_tests;
@@ -32,6 +33,7 @@ pub mod field;
 pub mod frame;
 pub mod growth;
 pub mod header;
+mod hidden;
 mod least_squares;
 pub mod lightcurve;
 pub mod master;
@@ -41,18 +43,21 @@ mod optimal_tests;
 pub mod period;
 pub mod point_image;
 pub mod profile;
+mod psf_fit;
 pub mod reduce;
 #[cfg(test)]
 mod reduce_tests;
+mod response;
 pub mod rings;
 pub mod segment;
 mod single;
 pub mod solve;
 pub mod stamp;
 #[cfg(test)]
-mod synthetic;
+pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
+mod trend;
 pub mod zeropoint;
 
 pub use field::FieldStar;
@@ -148,6 +153,8 @@ pub struct Measurement {
     pub x_px: f64,
     /// Row \[px\].
     pub y_px: f64,
+    /// What the target draws of itself during the exposure \[px\]; zero for one that is followed.
+    pub trail_px: DVec2,
     /// Standard deviations of the place along x and y \[px\]; NaN where it was taken as predicted.
     pub place_err_px: DVec2,
     /// Right ascension, astrometric ICRS \[deg\].
@@ -218,6 +225,7 @@ impl Measurement {
             scintillation: 0.0,
             x_px: nan,
             y_px: nan,
+            trail_px: DVec2::ZERO,
             place_err_px: DVec2::NAN,
             ra_deg: nan,
             dec_deg: nan,
@@ -289,7 +297,8 @@ pub fn measure(
         Place::Sky(sky) => frame.wcs.pixel(*sky).map(|p| p + shift),
         Place::Pixel(pixel) => Some(*pixel),
     };
-    let half = if trail_px.is_finite() { 0.5 * trail_px } else { DVec2::ZERO };
+    row.trail_px = if trail_px.is_finite() { trail_px } else { DVec2::ZERO };
+    let half = 0.5 * row.trail_px;
     let predicted = predicted.filter(|p| p.is_finite() && frame.holds(*p, 0.0));
     let Some(predicted) = predicted.map(|centre| Segment { centre, half }) else {
         row.flags |= flag::EDGE | flag::NOT_DETECTED | flag::BORROWED_ZERO_POINT;
@@ -297,7 +306,12 @@ pub fn measure(
     };
     let near = field::around(&tracks, &predicted, settings.search_px.clamp(0.0, 200.0) + 6.0 * fwhm, None);
     let masked = |p| field::covered(&near, p);
-    let found = detect::target(frame, &predicted, fwhm, settings.search_px, settings.background_px, masked);
+    let found = if masked(predicted.centre) {
+        // a star's trail lies on the place: what would be found is something else
+        (settings.search_px >= 0.5).then_some(predicted.centre)
+    } else {
+        detect::target(frame, &predicted, fwhm, settings.search_px, settings.background_px, masked)
+    };
     let target = found.map_or(predicted, |p| predicted.at(p));
 
     let lonely = field::alone(frame, &tracks, &target, 5.0 * fwhm, 4.0 * fwhm);
@@ -305,6 +319,7 @@ pub fn measure(
     let psf = calibrate::point_spread(frame, &sources, fwhm);
     let (zero_point, star_aperture) =
         calibrate::stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
+    let psf = psf.at(frame.relative(target.centre));
     row.fwhm_px = psf.fwhm_px;
     row.n_stars = zero_point.n_stars;
     if zero_point.n_stars >= settings.min_stars.max(1) {
@@ -406,12 +421,33 @@ impl Sources<'_> {
             let stamp = Stamp::gather(frame, &source, 8.0 * aperture.fwhm, core, |_| false);
             row.flags |= if stamp.bloomed { flag::BLOOMED } else { 0 };
         }
+        row.flags |= if self.hidden(&source, &flux) { flag::TRAIL_CROSSING } else { 0 };
         if let Some(star) = stars {
             row.share_covariance =
                 self.psf.covariance(&aperture.shares, &star.shares) / (aperture.share * star.share);
         }
         let radii = [aperture.radius + 0.5 * aperture.fwhm, aperture.annulus[0]];
         row.flags |= crossings(self.tracks, &source, radii, self.zero_point, flux.err_e);
+    }
+}
+
+impl Sources<'_> {
+    /// True if a trail of no catalogue star crosses a source of this flux.
+    fn hidden(&self, source: &Segment, flux: &Flux) -> bool {
+        let fwhm = self.psf.fwhm_px.hypot(0.68);
+        let radius = 8.0 * fwhm;
+        let half = self.frame.star_half();
+        if half.length() < fwhm || flux.flux_e.is_nan() {
+            return false;
+        }
+        let stamp = Stamp::gather(self.frame, source, radius, 1.5 * fwhm, |p| field::covered(self.near, p));
+        let image = self.psf.image(radius);
+        let response = self.frame.response_at(source.centre);
+        let known = |place| {
+            let light = response * flux.flux_e.max(0.0) * image.share(source, place);
+            (response * flux.background_e_px + light, flux.sky_variance() + light)
+        };
+        hidden::trail(&stamp, source, half, fwhm, known).is_some()
     }
 }
 

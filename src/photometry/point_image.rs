@@ -11,6 +11,7 @@
 use super::profile::Grid;
 use super::segment::Segment;
 use glam::{DMat2, DVec2};
+use std::sync::OnceLock;
 
 /// Nodes of the tables along each axis.
 const NODES: usize = 88;
@@ -31,8 +32,10 @@ pub struct PointImage {
     reach: f64,
     /// P at the nodes.
     point: Vec<f64>,
-    /// G at the nodes: rows across, columns along.
-    line: Vec<f64>,
+    grid: Grid,
+    profile: Vec<f64>,
+    /// G at the nodes: rows across, columns along; made for the first trail.
+    line: OnceLock<Vec<f64>>,
     lens: DMat2,
     density: f64,
 }
@@ -42,28 +45,35 @@ impl PointImage {
     pub fn new(grid: &Grid, profile: &[f64], fwhm: f64, reach: f64) -> Self {
         let soft = SOFT * fwhm;
         let step = (reach / soft).asinh() / (NODES - 3) as f64;
-        let radius = |i: usize| soft * (i as f64 * step).sinh();
-        let light = |r: f64| grid.light(profile, r);
-        let point = (0..NODES).map(|i| light(radius(i))).collect::<Vec<_>>();
-        let mut line = Vec::with_capacity(NODES * NODES);
-        for row in 0..NODES {
-            let across = radius(row);
-            let mut sum = 0.0;
-            line.push(0.0);
-            for column in 1..NODES {
-                let (from, to) = (radius(column - 1), radius(column));
-                let part = GAUSS.map(|(t, w)| w * light(across.hypot(from + t * (to - from))));
-                sum += (to - from) * part.iter().sum::<f64>();
-                line.push(sum);
+        let point = (0..NODES).map(|i| grid.light(profile, soft * (i as f64 * step).sinh())).collect();
+        let (grid, profile, line) = (grid.clone(), profile.to_vec(), OnceLock::new());
+        Self { soft, step, reach, point, grid, profile, line, lens: DMat2::IDENTITY, density: 1.0 }
+    }
+
+    fn line(&self) -> &[f64] {
+        self.line.get_or_init(|| {
+            let radii = (0..NODES).map(|i| self.soft * (i as f64 * self.step).sinh()).collect::<Vec<_>>();
+            let mut line = Vec::with_capacity(NODES * NODES);
+            for across in &radii {
+                let mut sum = 0.0;
+                line.push(0.0);
+                for ends in radii.windows(2) {
+                    let light = |t: f64| {
+                        let s = ends[0] + t * (ends[1] - ends[0]);
+                        self.grid.light(&self.profile, (across * across + s * s).sqrt())
+                    };
+                    sum += (ends[1] - ends[0]) * GAUSS.map(|(t, w)| w * light(t)).iter().sum::<f64>();
+                    line.push(sum);
+                }
             }
-        }
-        Self { soft, step, reach, point, line, lens: DMat2::IDENTITY, density: 1.0 }
+            line
+        })
     }
 
     /// The same image seen through a matrix.
     #[must_use]
-    pub fn through(&self, lens: DMat2) -> Self {
-        Self { lens, density: lens.determinant().abs(), ..self.clone() }
+    pub fn through(self, lens: DMat2) -> Self {
+        Self { lens, density: lens.determinant().abs(), ..self }
     }
 
     /// How far from a source it gives light \[px\].
@@ -104,9 +114,9 @@ impl PointImage {
     /// G at `s` along the segment, which is odd in it and constant beyond the reach; even across.
     fn integral(&self, s: f64, across: &[(i64, f64); 4]) -> f64 {
         let along = self.stencil(s.abs().min(self.reach));
-        let mut sum = 0.0;
+        let (mut sum, line) = (0.0, self.line());
         for (row, across) in across {
-            let row = &self.line[NODES * row.unsigned_abs() as usize..];
+            let row = &line[NODES * row.unsigned_abs() as usize..];
             let value = |(column, weight): &(i64, f64)| {
                 let value = weight * row[column.unsigned_abs() as usize];
                 if *column < 0 { -value } else { value }
@@ -198,7 +208,7 @@ mod tests {
         for half in [DVec2::ZERO, DVec2::new(2e-3, 0.0), DVec2::new(0.6, 0.3), DVec2::new(40.0, -17.0)] {
             let image = image(Shape::Moffat { inverse_beta: 0.0 }, 3.0);
             for lens in [DMat2::IDENTITY, DMat2::from_cols(DVec2::new(1.2, 0.1), DVec2::new(0.1, 0.8))] {
-                let image = image.through(lens);
+                let image = image.clone().through(lens);
                 let source = Segment { centre: DVec2::new(100.37, 60.81), half };
                 let pixels = (0..200 * 120).map(|i| DVec2::new(f64::from(i % 200), f64::from(i / 200)));
                 let sum: f64 = pixels.map(|p| image.share(&source, p)).sum();

@@ -16,6 +16,7 @@
 //! where (1 - s)^2 is 1 if the dark has no error of this bias in it. The frame's own noise is divided by flat^2 as
 //! well; the gain of a corrected frame is that of the raw one times flat, on average the same.
 
+use super::response::Response;
 use std::ops::Range;
 
 /// A flat at or below this gives no light that could be measured.
@@ -158,6 +159,7 @@ pub struct Calibration {
     bias: Bias,
     dark: Option<Dark>,
     flat: Option<Master>,
+    response: Option<Response>,
 }
 
 /// What a calibration must know of a frame besides its pixels.
@@ -256,7 +258,13 @@ impl Calibration {
         if let Some(flat) = &flat {
             fits("master flat", flat)?;
         }
-        Ok(Self { size, bias, dark, flat })
+        let response = flat.as_ref().map(|flat| Response::of(size[0], &flat.value));
+        Ok(Self { size, bias, dark, flat, response })
+    }
+
+    /// How the chip responds over its area; none without a flat.
+    pub fn response(&self) -> Option<&Response> {
+        self.response.as_ref()
     }
 
     /// Exposure over that of the dark; 0 without a dark.

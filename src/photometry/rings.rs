@@ -5,7 +5,7 @@
 
 use super::aperture;
 use super::frame::Frame;
-use super::profile::Grid;
+use super::profile::{Grid, share};
 use super::segment::Segment;
 use glam::DVec2;
 
@@ -53,12 +53,12 @@ impl Rings {
         let n = edges.len() - 1;
         let (mut sum_e, mut area_px) = (vec![0.0; n], vec![0.0; n]);
         let reach = edges[n];
-        let bias = frame.bias_adu.unwrap_or(0.0);
+        let (bias, gain) = (frame.bias_adu.unwrap_or(0.0), frame.gain_at(segment.centre));
         segment.for_pixels(frame, reach + 0.708, |place, distance, value| {
             if !value.is_finite() || masked(place) {
                 return;
             }
-            let value_e = (value - bias) * frame.gain_e_adu;
+            let value_e = (value - bias) * gain;
             share_out(segment, place, distance, edges, |ring, part| {
                 sum_e[ring] += part * value_e;
                 area_px[ring] += part;
@@ -79,16 +79,10 @@ impl Rings {
             .collect()
     }
 
-    /// Flux, background and chi-square of each ring, for given shares and weights.
-    pub fn solve(&self, shares: &[f64], full_area: &[f64], weights: &[f64]) -> (f64, f64, Vec<f64>) {
+    /// Flux and background of the source, for given shares and weights; zero if they are not determined.
+    pub fn solve(&self, shares: &[f64], full_area: &[f64], weights: &[f64]) -> [f64; 2] {
         let [mut ss, mut sa, mut aa, mut sy, mut ay] = [0.0; 5];
-        let rows = || {
-            let expected = shares.iter().zip(full_area).zip(&self.area_px);
-            // a masked ring holds its light in proportion
-            let model = expected.map(|((s, full), a)| (if *full > 0.0 { s * a / full } else { 0.0 }, *a));
-            model.zip(&self.sum_e).zip(weights)
-        };
-        for (((s, a), y), w) in rows() {
+        for (s, a, y, w) in self.rows(shares, full_area, weights) {
             ss += w * s * s;
             sa += w * s * a;
             aa += w * a * a;
@@ -97,21 +91,49 @@ impl Rings {
         }
         let det = ss * aa - sa * sa;
         if det.is_nan() || det <= 1e-12 * ss * aa {
-            return (0.0, 0.0, vec![0.0; weights.len()]);
+            return [0.0; 2];
         }
-        let flux = (sy * aa - ay * sa) / det;
-        let background = (ay * ss - sy * sa) / det;
-        let chi2 = rows().map(|(((s, a), y), w)| w * (y - flux * s - background * a).powi(2)).collect();
-        (flux, background, chi2)
+        [(sy * aa - ay * sa) / det, (ay * ss - sy * sa) / det]
+    }
+
+    /// Chi-square of each ring at the best flux and background; zero if they are not determined.
+    pub fn misfits<'a>(
+        &'a self,
+        shares: &'a [f64],
+        full_area: &'a [f64],
+        weights: &'a [f64],
+    ) -> impl Iterator<Item = f64> + 'a {
+        let [flux, background] = self.solve(shares, full_area, weights);
+        let determined = flux != 0.0 || background != 0.0;
+        let misfit = move |(s, a, y, w): (f64, f64, f64, f64)| w * (y - flux * s - background * a).powi(2);
+        self.rows(shares, full_area, weights).map(move |row| if determined { misfit(row) } else { 0.0 })
+    }
+
+    /// Share, area, light and weight of each ring; a masked ring holds its light in proportion.
+    fn rows<'a>(
+        &'a self,
+        shares: &'a [f64],
+        full_area: &'a [f64],
+        weights: &'a [f64],
+    ) -> impl Iterator<Item = (f64, f64, f64, f64)> + 'a {
+        let rings = shares.iter().zip(full_area).zip(&self.area_px).zip(&self.sum_e).zip(weights);
+        rings.map(|((((s, full), a), y), w)| (if *full > 0.0 { s * a / full } else { 0.0 }, *a, *y, *w))
     }
 }
 
 /// A length class of the sources: weights and areas of each ring.
 pub struct Geometry {
-    /// Weights of each ring's share.
-    pub rings: Vec<Vec<f64>>,
+    /// The part of each ring's weights that is not zero, and where it starts on the profile's grid.
+    rings: Vec<(usize, Vec<f64>)>,
     /// Area of each ring \[px\].
     pub area: Vec<f64>,
+}
+
+/// Weights without the zeros before and after.
+fn trimmed(weights: &[f64]) -> (usize, Vec<f64>) {
+    let start = weights.iter().position(|w| *w != 0.0).unwrap_or(0);
+    let end = weights.iter().rposition(|w| *w != 0.0).map_or(start, |i| i + 1);
+    (start, weights[start..end].to_vec())
 }
 
 impl Geometry {
@@ -123,8 +145,9 @@ impl Geometry {
         let length = source.length;
         let cumulative = edges.iter().map(|r| grid.share_weights(*r, length)).collect::<Vec<_>>();
         let area = |r: f64| std::f64::consts::PI * r * r + 2.0 * r * length;
+        let between = |w: &[Vec<f64>]| w[1].iter().zip(&w[0]).map(|(b, a)| b - a).collect::<Vec<_>>();
         Self {
-            rings: cumulative.windows(2).map(|w| w[1].iter().zip(&w[0]).map(|(b, a)| b - a).collect()).collect(),
+            rings: cumulative.windows(2).map(|w| trimmed(&between(w))).collect(),
             area: edges.windows(2).map(|w| area(w[1]) - area(w[0])).collect(),
         }
     }
@@ -139,7 +162,13 @@ impl Geometry {
                 area[ring] += part;
             });
         }
-        Self { rings, area }
+        Self { rings: rings.iter().map(|w| trimmed(w)).collect(), area }
+    }
+
+    /// Share of the light in each ring, for a profile on the grid.
+    pub fn shares(&self, profile: &[f64]) -> Vec<f64> {
+        let dot = |(start, weights): &(usize, Vec<f64>)| share(weights, profile.get(*start..).unwrap_or_default());
+        self.rings.iter().map(dot).collect()
     }
 }
 

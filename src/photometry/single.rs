@@ -7,6 +7,7 @@ use super::flag;
 use super::frame::Frame;
 use super::growth::Psf;
 use super::segment::Segment;
+use glam::DVec2;
 
 /// Radii tried \[FWHM\].
 const LADDER: [f64; 12] = [1.1, 1.3, 1.5, 1.7, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0, 5.0, 6.0];
@@ -85,8 +86,8 @@ pub fn look(frame: &Frame, segment: &Segment, fwhm: f64, beside: &[Track]) -> Lo
     let annulus = aperture::annulus_radii(radius, fwhm);
     let local = aperture::local_background(frame, segment, annulus, |p| field::covered(beside, p));
     let sum = aperture::sum(frame, segment, radius);
-    let sky_variance = background_variance(frame, &local);
-    let light = (sum.adu - local.mean_adu * sum.area_px) * frame.gain_e_adu;
+    let sky_variance = background_variance(frame, &local, segment.centre);
+    let light = (sum.adu - local.mean_adu * sum.area_px) * frame.gain_at(segment.centre);
     let snr = light / (light.max(0.0) + sky_variance * sum.square_px).sqrt();
     Look {
         background_adu: local.mean_adu,
@@ -99,17 +100,16 @@ pub fn look(frame: &Frame, segment: &Segment, fwhm: f64, beside: &[Track]) -> Lo
 }
 
 /// Variance of a background pixel \[e^2\]: that of the scatter seen, or if the bias is known at least that of the
-/// electrons, the read noise and the quantisation.
-fn background_variance(frame: &Frame, local: &aperture::Local) -> f64 {
-    let gain = frame.gain_e_adu;
+/// electrons, the read noise and the quantisation. What is seen beyond these are stars too faint to be seen one by one.
+fn background_variance(frame: &Frame, local: &aperture::Local, place: DVec2) -> f64 {
+    let gain = frame.gain_at(place);
     let seen = (local.sigma_adu * gain).powi(2);
     let model = frame.bias_adu.zip(frame.read_noise_e).map(|(bias, read_noise)| {
         let light = ((local.mean_adu - bias) * gain).max(0.0);
         light + read_noise * read_noise + gain * gain / 12.0 + frame.masters_variance_e2
     });
-    // the scatter of n pixels is known to 1/sqrt(2n): it overrules the model beyond 3 of these
-    let known_to = 1.0 + 3.0 * (2.0 / local.n.max(1) as f64).sqrt();
-    model.map_or(seen, |model| if seen > model * known_to || model.is_nan() { seen } else { model })
+    // where nothing was seen the model alone is left
+    model.map_or(seen, |model| if model > seen || seen.is_nan() { model } else { seen })
 }
 
 /// A measured flux.
@@ -128,25 +128,34 @@ pub struct Flux {
     sky_variance: f64,
 }
 
+impl Flux {
+    /// Variance of a background pixel \[e^2\], in electrons as they arrived.
+    pub fn sky_variance(&self) -> f64 {
+        self.sky_variance
+    }
+}
+
 /// The flux in one aperture.
 pub fn flux(frame: &Frame, segment: &Segment, aperture: &Aperture, beside: &[Track], flat_rms: f64) -> Flux {
-    let gain = frame.gain_e_adu;
+    // in electrons as they arrived, whose noise is known, and then as the frame counts them
+    let (gain, response) = (frame.gain_at(segment.centre), frame.response_at(segment.centre));
     let local = aperture::local_background(frame, segment, aperture.annulus, |p| field::covered(beside, p));
     let sum = aperture::sum(frame, segment, aperture.radius);
-    let sky_variance = background_variance(frame, &local);
+    let sky_variance = background_variance(frame, &local, segment.centre);
     let light = (sum.adu - local.mean_adu * sum.area_px) * gain;
     let share = aperture.share;
-    let flux_e = light / share;
+    let arrived_e = light / share;
     let noise = PixelNoise::divided(sky_variance, gain, frame.read_noise_e, frame.dark_e);
     let budget = Budget {
         background: sum.area_px * (sky_variance / local.n.max(1) as f64).sqrt() / share,
-        share: flux_e.abs() * aperture.doubt / share,
-        flat: flux_e.abs() * flat_rms.hypot(frame.masters_flat_rms) / aperture.spread_px.sqrt(),
+        share: arrived_e.abs() * aperture.doubt / share,
+        flat: arrived_e.abs() * flat_rms.hypot(frame.masters_flat_rms) / aperture.spread_px.sqrt(),
         ..noise.weighted(sum.square_px / (share * share), light.max(0.0) / (share * share))
     };
     let told = [(sum.saturated, flag::SATURATED), (sum.cut, flag::EDGE), (sum.bad > 0, flag::BAD_PIXEL)];
     let flags = told.into_iter().filter(|(there, _)| *there).map(|(_, bit)| bit).sum();
-    let background_e_px = (local.mean_adu - frame.bias_adu.unwrap_or(0.0)) * gain;
+    let background_e_px = (local.mean_adu - frame.bias_adu.unwrap_or(0.0)) * gain / response;
+    let (flux_e, budget) = (arrived_e / response, budget.scaled(1.0 / response));
     Flux { flux_e, err_e: budget.total(), budget, background_e_px, flags, sky_variance }
 }
 

@@ -11,7 +11,7 @@ pub struct Pixel {
     pub place: DVec2,
     /// Distance from the source \[px\].
     pub distance: f64,
-    /// What it holds above bias \[e\].
+    /// What it holds above bias, in electrons as they arrived \[e\].
     pub value_e: f64,
 }
 
@@ -40,7 +40,7 @@ impl Stamp {
         core: f64,
         masked: impl Fn(DVec2) -> bool,
     ) -> Self {
-        let bias = frame.bias_adu.unwrap_or(0.0);
+        let (bias, gain) = (frame.bias_adu.unwrap_or(0.0), frame.gain_at(source.centre));
         let reach = source.half.abs() + DVec2::splat(core);
         let inside = |place: DVec2| frame.holds(place, 0.0);
         let cut = !(inside(source.centre - reach) && inside(source.centre + reach));
@@ -54,7 +54,7 @@ impl Stamp {
             } else if !value.is_finite() {
                 stamp.bad += usize::from(central);
             } else if !masked(place) {
-                stamp.pixels.push(Pixel { place, distance, value_e: (value - bias) * frame.gain_e_adu });
+                stamp.pixels.push(Pixel { place, distance, value_e: (value - bias) * gain });
             }
         });
         stamp.bloomed = stamp.saturated > 0 && spilt(&full, source);

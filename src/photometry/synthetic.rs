@@ -54,6 +54,7 @@ pub fn blank(width: usize, height: usize, value: f32) -> Frame {
         exptime_s: 5.0,
         masters_variance_e2: 0.0,
         masters_flat_rms: 0.0,
+        response: None,
         gain_e_adu: 1.5,
         read_noise_e: Some(10.0),
         dark_e: None,

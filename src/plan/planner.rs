@@ -123,6 +123,24 @@ impl<'a> Planner<'a> {
         Ok(Some(profile.at(&view.mid.plus(-light_time), &seen.place.surroundings(&seen.light))?))
     }
 
+    /// Attitude of a target at an instant, if the scene tells of one: where it was when the light left that needs `light_time_s`, or as
+    /// long as its orbit says if that is longer.
+    ///
+    /// # Errors
+    /// [`PlanError`] where it is not known.
+    pub fn attitude_at(
+        &self,
+        target: usize,
+        t: &Instant,
+        light_time_s: f64,
+    ) -> Result<Option<Quaternion>, PlanError> {
+        let Some(Some(profile)) = self.profiles.get(target) else { return Ok(None) };
+        let motion = self.motions.get(target).ok_or(PlanError::NoTarget)?;
+        let seen = sight(&self.site, motion, &Observer::at(&self.site, t)?, [t, t, t])?;
+        let own_s = if seen.place.range_m.is_nan() { 0.0 } else { seen.place.range_m / LIGHT_M_S };
+        Ok(Some(profile.at(&t.plus(-own_s.max(light_time_s)), &seen.place.surroundings(&seen.light))?))
+    }
+
     /// The observer at `t`.
     ///
     /// # Errors

@@ -5,7 +5,9 @@
 //! or two frames each detection counts by itself, with 0.1 false ones expected a frame.
 
 use super::RunError;
-use super::lightcurve::{Job, Object, ready, star_light};
+use super::job::{Job, Object};
+use super::lightcurve::star_light;
+use super::pointing::{Ready, ready};
 use crate::base::units::ARCSEC;
 use crate::photometry::detection::{
     DetectionError, FrameDetections, LinkSettings, SkyDetection, Source, Track, link,
@@ -60,7 +62,7 @@ impl Sheet {
 pub fn objects(job: &Job) -> Result<Vec<Object>, RunError> {
     let light = star_light(job)?;
     let sheets = job.frames.par_iter().map(|path| {
-        let (mut frame, stars) = ready(path, job, &light, false)?;
+        let Ready { mut frame, stars, .. } = ready(path, job, &light, false)?;
         let found =
             strangers(&frame, &stars).map_err(|fault| RunError::Usage(format!("{}: {fault}", path.display())))?;
         // only the header is needed from here on

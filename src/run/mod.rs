@@ -4,10 +4,15 @@ pub mod calibrate;
 pub mod curve_files;
 pub mod find;
 pub mod frames;
+pub mod invert;
+pub mod job;
 pub mod lightcurve;
 pub mod masters;
 pub mod model_curve;
 pub mod periods;
+pub mod pointing;
+pub mod shape_data;
+pub mod shape_outcome;
 pub mod tables;
 
 use crate::io::atomic;

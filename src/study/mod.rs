@@ -10,12 +10,26 @@ pub mod curve_picture;
 mod curve_picture_tests;
 mod errors;
 pub mod explain;
+pub mod finder;
+mod fit_histogram;
+pub mod fit_picture;
+#[cfg(test)]
+mod fit_picture_tests;
+mod fit_plan;
 pub mod measured_picture;
 pub mod night_chart;
 pub mod object_accuracy;
+mod page;
 mod palette;
 mod photometry_accuracy;
 pub mod shadow_chart;
+pub mod shape_picture;
+#[cfg(test)]
+mod shape_picture_tests;
+mod shape_raster;
 pub mod sky;
 pub mod sky_maps;
 pub mod sky_night;
+pub mod sphere_picture;
+#[cfg(test)]
+mod sphere_picture_tests;

@@ -9,7 +9,9 @@ use crate::light::colour::StarLight;
 use crate::photometry::header::Overrides;
 use crate::photometry::{Frame, Place, Settings};
 use crate::run::RunError;
-use crate::run::lightcurve::{Job, field_stars, measure_frame, settings};
+use crate::run::job::Job;
+use crate::run::lightcurve::{measure_frame, settings};
+use crate::run::pointing::field_stars;
 use crate::scene::Method;
 use crate::simulate::{SimulateError, Simulator, catalogue};
 use std::path::Path;
@@ -63,6 +65,7 @@ pub fn rows(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Result<V
             objects: Vec::new(),
             masters: None,
             told: &|_, _, _| (),
+            seen: &|_, _, _, _| {},
             done: &|| (),
         };
         let began = clock();

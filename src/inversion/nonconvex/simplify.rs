@@ -1,0 +1,102 @@
+//! The simplest assembly that the data allow: regularities taken for exact.
+//!
+//! The data cannot tell a thing that is nearly regular from one that is. Where taking a regularity for exact raises chi^2 by less than ln T
+//! for each parameter that it saves (Schwarz 1978, Ann. Stat. 6, 461), the simpler assembly is the likelier one, and its other
+//! parameters are the surer. Candidates are ranked by the rise that the covariance C predicts, d' (A C A')^-1 d with violations d and
+//! slopes A; each is then fitted as soft rows with a standard deviation far below what the data resolve.
+
+use super::fit::{Data, Model, free};
+use super::part::{PARAMETERS, Part};
+use super::render::Renderer;
+use super::tie::{Row, Tie, partner};
+use crate::inversion::cholesky::Cholesky;
+
+/// Cosine below which attitudes are not even nearly parallel.
+const NEARLY: f64 = 0.94;
+/// Violation beyond which no tie is tried: of angles \[rad\], of places in typical half sizes, of log sizes.
+const FAR: f64 = 0.5;
+/// Standard deviation of a violation, in slacks, below which it follows from the ties that hold.
+const FOLLOWS: f64 = 10.0;
+/// Candidates refitted in a round before the search ends.
+const TRIES: usize = 4;
+/// Ties at most.
+const MOST: usize = 60;
+/// Rounds of a fit, and the share of chi^2 that ends it.
+const FIT: (usize, f64) = (40, 1e-6);
+
+/// Ties that are not far from true.
+fn candidates(parts: &[Part], scale: f64) -> Vec<Tie> {
+    let mut out = Vec::new();
+    for (j, b) in parts.iter().enumerate() {
+        for (i, a) in parts.iter().enumerate().take(j) {
+            let pairs: Vec<(usize, usize, f64)> = (0..3)
+                .map(|k| {
+                    let (axis, cosine) = partner(a, b, k);
+                    (k, axis, cosine)
+                })
+                .collect();
+            if pairs.iter().all(|(.., cosine)| cosine.abs() > NEARLY) {
+                out.push(Tie::Parallel { parts: [i, j] });
+            }
+            for (k, axis, _) in pairs.into_iter().filter(|(.., cosine)| cosine.abs() > NEARLY) {
+                out.push(Tie::Equal { parts: [i, j], axes: [k, axis] });
+                out.push(Tie::Centred { parts: [i, j], axis: k });
+                for positive in [[false, false], [false, true], [true, false], [true, true]] {
+                    out.push(Tie::Flush { parts: [i, j], axes: [k, axis], positive });
+                }
+            }
+        }
+    }
+    out.retain(|tie| tie.rows(parts, scale).iter().all(|row| row.residual.abs() < FAR));
+    out
+}
+
+/// How much chi^2 a tie would cost, and how many new conditions it makes; none if it follows from those that hold.
+fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<f64> {
+    let times = |row: &Row| -> Vec<f64> {
+        let slope = &row.slope[held.min(row.slope.len())..];
+        covariance.iter().map(|line| line.iter().zip(slope).map(|(c, s)| c * s).sum()).collect()
+    };
+    let products: Vec<Vec<f64>> = rows.iter().map(times).collect();
+    let element = |i: usize, j: usize| -> f64 {
+        rows[i].slope.iter().skip(held).zip(&products[j]).map(|(s, c)| s * c).sum()
+    };
+    // a tie whose violation is nearly as sure as the slack follows from others
+    if (0..rows.len()).any(|i| element(i, i) < (FOLLOWS * slack).powi(2)) {
+        return None;
+    }
+    let factor = Cholesky::of(rows.len(), 1e-12, element)?;
+    let mut violation: Vec<f64> = rows.iter().map(|row| row.residual).collect();
+    factor.forward(&mut violation);
+    Some(violation.iter().map(|v| v * v).sum())
+}
+
+/// Ties put on as long as each is worth it; the data come back with the ties that hold. `model` fits the data without ties.
+pub(super) fn simplified<'a>(data: &Data<'a>, model: Model, renderer: &mut Renderer) -> (Data<'a>, Model) {
+    let (mut data, mut model) = (data.clone(), model);
+    let price = libm::log(data.flux.len().max(2) as f64);
+    while data.ties.len() < MOST {
+        let Some(covariance) = data.system(&model.parts, renderer).covariance() else { break };
+        let held = PARAMETERS * model.parts.len() - free(model.parts.len());
+        let rise = |tie: Tie| {
+            let cost = predicted(&tie.rows(&model.parts, data.scale), &covariance, held, data.slack)?;
+            let gain = price * tie.saves() as f64;
+            (cost < 2.0 * gain).then_some((cost / gain, tie))
+        };
+        let mut all: Vec<(f64, Tie)> = candidates(&model.parts, data.scale)
+            .into_iter()
+            .filter(|tie| !data.ties.contains(tie))
+            .filter_map(rise)
+            .collect();
+        all.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let accepted = all.into_iter().take(TRIES).find_map(|(_, tie)| {
+            let mut tied = data.clone();
+            tied.ties.push(tie);
+            let fitted = tied.descend(&model.parts, FIT.0, FIT.1, renderer);
+            (fitted.chi2 < model.chi2 + price * tie.saves() as f64).then_some((tied, fitted))
+        });
+        let Some((tied, fitted)) = accepted else { break };
+        (data, model) = (tied, fitted);
+    }
+    (data, model)
+}
