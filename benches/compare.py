@@ -113,4 +113,5 @@ def main():
     print(f"marginal frame of S3: {own_marginal:.4f} s")
 
 
-main()
+if __name__ == "__main__":
+    main()
