@@ -23,8 +23,8 @@ fn scene(station: &str, longitude_deg: f64, track: &str) -> Scene {
         hour as u32,
         (hour.fract() * 60.0) as u32
     );
-    // a chip of 10,560 px makes it a minute
-    let sets: &[_] = if station == "dome-a" { &[("detector.size_px".into(), "4096".into())] } else { &[] };
+    // a whole chip of 10,560 px takes minutes
+    let sets: &[_] = if station == "dome-a" { &[("detector.size_px".into(), "2048".into())] } else { &[] };
     load_str(&text, station, None, &Options { sets, seed: None }).unwrap_or_else(|e| panic!("{station}: {e}"))
 }
 
