@@ -4,6 +4,7 @@
 pub mod accuracy;
 pub mod constants;
 pub mod cubic_grid;
+pub mod elementary;
 pub mod ledger;
 pub mod nodes;
 pub mod poisson;

@@ -1,5 +1,6 @@
 //! FITS images as read, of any origin: integers or floats, plain, gzipped or tile-compressed (crate `fitsy`).
 
+use super::plain;
 use fitsy::hdu::Hdu;
 use fitsy::{FitsError, FitsFile, header::Value};
 use std::path::{Path, PathBuf};
@@ -91,6 +92,9 @@ impl Image {
     /// [`ReadError`], with the path.
     pub fn read(path: &Path) -> Result<Self, ReadError> {
         let told = |source| ReadError::Fits { path: path.display().to_string(), source };
+        if let Some(plain::Plain { header, width, height, data }) = plain::read(path) {
+            return Ok(Self { width, height, data, header: Keywords(header), path: path.to_owned() });
+        }
         let file = FitsFile::open(path).map_err(told)?;
         for hdu in file.iter_decompressed() {
             let Hdu::Image(image) = hdu.map_err(told)? else { continue };

@@ -16,6 +16,7 @@ pub mod image;
 pub mod labels;
 #[cfg(feature = "parquet")]
 pub mod parquet;
+mod plain;
 pub mod preview;
 pub mod regions;
 pub mod shape_file;

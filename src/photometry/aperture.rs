@@ -68,6 +68,10 @@ pub fn overlap(segment: &Segment, place: DVec2, distance: f64, radius: f64, line
 
 /// Where the line at height `y` enters and leaves the pill of `radius` about the segment from -`half` to `half`.
 fn chord(half: DVec2, radius: f64, y: f64) -> (f64, f64) {
+    if half == DVec2::ZERO {
+        let square = radius * radius - y * y;
+        return if square >= 0.0 { (-square.sqrt(), square.sqrt()) } else { (f64::INFINITY, f64::NEG_INFINITY) };
+    }
     let mut ends = (f64::INFINITY, f64::NEG_INFINITY);
     // a convex set: the union of its parts' chords is one interval
     let mut add = |low: f64, high: f64| {

@@ -37,7 +37,7 @@ pub fn lens(frame: &Frame, psf: &Psf, points: &[(Segment, f64)]) -> DMat2 {
         let image = round.clone().through(matrix(e));
         points
             .iter()
-            .map(|(source, variance, stamp)| misfit(stamp, source, *variance, |p| image.share(source, p)))
+            .map(|(source, variance, stamp)| misfit(stamp, *variance, |p| image.share_and_slope(source, p)))
             .sum::<f64>()
     };
     let Some((e, gain)) = summit(chi2) else { return DMat2::IDENTITY };
@@ -60,12 +60,10 @@ fn matrix(e: DVec2) -> DMat2 {
 }
 
 /// Chi-square of a point over a level, both fitted, its place too to the first order.
-fn misfit(stamp: &Stamp, source: &Segment, variance: f64, share: impl Fn(DVec2) -> f64) -> f64 {
-    const STEP: f64 = 0.05;
-    let slope = |p: DVec2, axis: DVec2| (share(p - axis * STEP) - share(p + axis * STEP)) / (2.0 * STEP);
+fn misfit(stamp: &Stamp, variance: f64, share: impl Fn(DVec2) -> (f64, DVec2)) -> f64 {
     let rows = stamp.pixels.iter().map(|p| {
-        let own = share(p.place);
-        ([own, 1.0, slope(p.place, DVec2::X), slope(p.place, DVec2::Y)], p.value_e)
+        let (own, slope) = share(p.place);
+        ([own, 1.0, slope.x, slope.y], p.value_e)
     });
     let rows = rows.collect::<Vec<_>>();
     let light =
@@ -76,7 +74,6 @@ fn misfit(stamp: &Stamp, source: &Segment, variance: f64, share: impl Fn(DVec2) 
     };
     let mut normal = Normal::new(4);
     rows.iter().for_each(|(r, v)| normal.add(r, *v, weight(r[0])));
-    debug_assert!(source.length() < POINT_PX);
     let Some((x, _)) = normal.solve() else { return 0.0 };
     let model = |r: &[f64; 4]| r.iter().zip(&x).map(|(a, b)| a * b).sum::<f64>();
     rows.iter().map(|(r, v)| (v - model(r)).powi(2) * weight(r[0])).sum()

@@ -50,6 +50,7 @@ mod reduce_tests;
 mod response;
 pub mod rings;
 pub mod segment;
+mod shape;
 mod single;
 pub mod solve;
 pub mod stamp;
@@ -58,6 +59,7 @@ pub(crate) mod synthetic;
 #[cfg(test)]
 mod tests;
 mod trend;
+mod turbulence;
 pub mod zeropoint;
 
 pub use field::FieldStar;

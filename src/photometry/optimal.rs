@@ -27,8 +27,6 @@ const ROUNDS: usize = 8;
 const CLIP_SIGMA: f64 = 5.0;
 /// What images may miss of a source's light in a pixel without being a fault of the pixel, as a share.
 const TOLERATED: f64 = 0.1;
-/// Step of numerical derivatives by the place \[px\].
-const STEP_PX: f64 = 0.05;
 
 /// A source beside the target.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -259,11 +257,9 @@ pub fn place(
     for _ in 0..20 {
         let mut normal = Normal::new(4);
         for pixel in &stamp.pixels {
-            let share = |offset: DVec2| image.share(&segment.at(segment.centre + offset), pixel.place);
-            let slope = |axis: DVec2| (share(axis * STEP_PX) - share(-axis * STEP_PX)) / (2.0 * STEP_PX);
-            let own = share(DVec2::ZERO);
+            let (own, slope) = image.share_and_slope(&segment, pixel.place);
             let weight = 1.0 / (sky_variance + flux.max(0.0) * own).max(1e-6);
-            let row = [own, 1.0, flux * slope(DVec2::X), flux * slope(DVec2::Y)];
+            let row = [own, 1.0, flux * slope.x, flux * slope.y];
             normal.add(&row, pixel.value_e - flux * own - level, weight);
         }
         let (step, covariance) = normal.solve()?;

@@ -1,11 +1,4 @@
-//! Images of a point: radial profiles, and the share of their light inside a circle or a pill.
-//!
-//! Two families of one width each: Moffat 1969, A&A 3, 455, I ~ (1 + (r/a)^2)^-beta, with the Gaussian as
-//! its limit beta -> infinity; and Kolmogorov turbulence in a long exposure (Fried 1966, JOSA 56, 1372), the
-//! transform of exp(-3.44 (f lambda/r0)^(5/3)), FWHM = 0.976 lambda/r0, wings r^(-11/3). A profile is blurred by
-//! the pixel that collects it and by the pixel weights of the aperture: two unit boxes, averaged over directions
-//! and over places within a pixel. A single point takes one place only: its light in each pixel is the profile
-//! blurred by one box at the pixel's distance, and its share the sum over the pixels' own weights.
+//! Shares of a point's or a trail's light inside a circle or a pill, from the profile of a point's image on a grid of radii.
 //!
 //! For a source spread evenly over a segment of length L and a pill of radius r about the same segment, the
 //! light that a point at distance rho and angle phi from its origin brings into the pill is the share of
@@ -13,141 +6,22 @@
 //! for |y| > r. L -> 0 is the circle. So an enclosed share is a linear functional of the profile's values on a
 //! radial grid, whose weights are computed once for each (r, L).
 
+use super::shape::{BOXES, blurred};
+use crate::base::elementary::ln;
 use std::f64::consts::PI;
-use std::sync::OnceLock;
 
-/// Shape of a profile.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Shape {
-    /// Moffat profile.
-    Moffat {
-        /// 1/beta; 0 = Gaussian, must stay below 1 for the light to be finite.
-        inverse_beta: f64,
-    },
-    /// Long exposure through Kolmogorov turbulence.
-    Kolmogorov,
-}
-
-/// A shape with its constants worked out, for FWHM = 1 and unit flux.
-#[derive(Debug, Clone, Copy)]
-enum Ready {
-    Gaussian,
-    /// Norm, 1/a^2, beta.
-    Moffat(f64, f64, f64),
-    Kolmogorov,
-}
-
-impl Shape {
-    /// Intensity at `r`, for FWHM = 1 and unit flux.
-    pub fn intensity(self, r: f64) -> f64 {
-        self.ready().at(r)
-    }
-
-    fn ready(self) -> Ready {
-        match self {
-            Self::Moffat { inverse_beta } if inverse_beta < 1e-3 => Ready::Gaussian,
-            Self::Moffat { inverse_beta } => {
-                // 1/a^2 for FWHM = 1
-                let k = 4.0 * (2f64.powf(inverse_beta) - 1.0);
-                let beta = 1.0 / inverse_beta;
-                Ready::Moffat((beta - 1.0) * k / PI, k, beta)
-            }
-            Self::Kolmogorov => Ready::Kolmogorov,
-        }
-    }
-}
-
-impl Ready {
-    fn at(self, r: f64) -> f64 {
-        match self {
-            Self::Gaussian => {
-                const K: f64 = 4.0 * std::f64::consts::LN_2;
-                K / PI * (-K * r * r).exp()
-            }
-            Self::Moffat(norm, k, beta) => norm * (-beta * (k * r * r).ln_1p()).exp(),
-            Self::Kolmogorov => kolmogorov(r),
-        }
-    }
-
-    /// Intensity at `r` and its first three Laplacians, where they have a closed form: with u = r^2 and g(u) the
-    /// intensity, nabla^2m = 4^m sum_i binom(m, i) m!/i! u^i g^(m+i).
-    fn laplacians(self, r: f64) -> Option<[f64; 4]> {
-        const K: f64 = 4.0 * std::f64::consts::LN_2;
-        let u = r * r;
-        let g = self.at(r);
-        let mut d = [g; 7];
-        match self {
-            Self::Gaussian => (1..7).for_each(|n| d[n] = -K * d[n - 1]),
-            Self::Moffat(_, k, beta) => {
-                let slope = k / (1.0 + k * u);
-                (1..7).for_each(|n| d[n] = -(beta + n as f64 - 1.0) * slope * d[n - 1]);
-            }
-            Self::Kolmogorov => return None,
-        }
-        let first = d[1] + u * d[2];
-        let second = 2.0 * d[2] + u * (4.0 * d[3] + u * d[4]);
-        let third = 6.0 * d[3] + u * (18.0 * d[4] + u * (9.0 * d[5] + u * d[6]));
-        Some([g, 4.0 * first, 16.0 * second, 64.0 * third])
-    }
-}
-
-/// FWHM of the Kolmogorov profile in units of lambda/r0.
-const KOLMOGOROV_FWHM: f64 = 0.975_54;
-/// Table in t = asinh(r / 0.3) of ln(intensity), r in FWHM, between whose values runs a cubic.
-const TABLE_STEPS: usize = 200;
-const TABLE_END: f64 = 20.0;
-const TABLE_SOFT: f64 = 0.3;
-
-fn kolmogorov(r: f64) -> f64 {
-    static TABLE: OnceLock<Vec<f64>> = OnceLock::new();
-    if r >= TABLE_END {
-        return kolmogorov_wing(r);
-    }
-    let table = TABLE.get_or_init(|| {
-        let step = (TABLE_END / TABLE_SOFT).asinh() / TABLE_STEPS as f64;
-        (0..=TABLE_STEPS + 2).map(|i| kolmogorov_reference((i as f64 * step).sinh() * TABLE_SOFT).ln()).collect()
-    });
-    let t = (r / TABLE_SOFT).asinh() / (TABLE_END / TABLE_SOFT).asinh() * TABLE_STEPS as f64;
-    let i = (t as usize).min(TABLE_STEPS);
-    let u = t - i as f64;
-    // even about the middle
-    let [a, b, c, d] = [table[if i == 0 { 1 } else { i - 1 }], table[i], table[i + 1], table[i + 2]];
-    (b + 0.5 * u * (c - a + u * (2.0 * a - 5.0 * b + 4.0 * c - d + u * (3.0 * (b - c) + d - a)))).exp()
-}
-
-/// The first two terms of the wings, from the powers f^(5/3) and f^(10/3) of the transfer function.
-fn kolmogorov_wing(r: f64) -> f64 {
-    let theta = r * KOLMOGOROV_FWHM;
-    KOLMOGOROV_FWHM.powi(2) * (0.022_883 * theta.powf(-11.0 / 3.0) + 0.025_89 * theta.powf(-16.0 / 3.0))
-}
-
-/// The Hankel transform by Simpson's rule in u = f^(1/3), where the integrand is smooth.
-fn kolmogorov_reference(r: f64) -> f64 {
-    if r > 8.0 {
-        return kolmogorov_wing(r);
-    }
-    const STEPS: usize = 1200;
-    let theta = r * KOLMOGOROV_FWHM;
-    let end = 4f64.cbrt();
-    let h = end / STEPS as f64;
-    let integrand = |u: f64| {
-        let f = u * u * u;
-        3.0 * u * u * f * libm::j0(2.0 * PI * f * theta) * (-3.44 * u.powi(5)).exp()
-    };
-    let sum: f64 = (0..=STEPS)
-        .map(|i| {
-            let weight = if i == 0 || i == STEPS { 1.0 } else { (2 + 2 * (i % 2)) as f64 };
-            weight * integrand(i as f64 * h)
-        })
-        .sum();
-    2.0 * PI * KOLMOGOROV_FWHM.powi(2) * sum * h / 3.0
-}
+pub use super::shape::Shape;
 
 /// Radii at which profiles are kept \[px\]: ring edges and the middles between them, 2 n + 1 in all.
 #[derive(Debug, Clone)]
 pub struct Grid {
     nodes: Vec<f64>,
+    /// Width that the even steps in the middle follow \[px\].
+    fwhm: f64,
 }
+
+/// Steps within a FWHM, and the growth of the rings beyond.
+const STEP: f64 = 0.1;
 
 impl Grid {
     /// A grid for images of about this FWHM \[px\], out to at least `reach` \[px\].
@@ -157,12 +31,25 @@ impl Grid {
         let mut nodes = vec![0.0];
         let mut edge = 0.0;
         while edge < end {
-            let step = (0.1 * fwhm).max(0.1 * edge);
+            let step = STEP * edge.max(fwhm);
             nodes.push(edge + 0.5 * step);
             edge += step;
             nodes.push(edge);
         }
-        Self { nodes }
+        Self { nodes, fwhm }
+    }
+
+    /// First node of the ring that holds `r`: by the rule of the grid, up to its rounding.
+    fn ring(&self, r: f64) -> usize {
+        let t = r / self.fwhm;
+        let last = (self.nodes.len() - 3) / 2;
+        let even = 1.0 / STEP;
+        let ring = if t < 1.0 { even * t } else { even + ln(t) * (1.0 / 0.095_310_179_804_324_87) };
+        let ring = (ring as usize).min(last);
+        if self.nodes[2 * ring] > r {
+            return 2 * ring.saturating_sub(1);
+        }
+        if ring < last && self.nodes[2 * ring + 2] <= r { 2 * ring + 2 } else { 2 * ring }
     }
 
     /// Surface brightness \[1/px^2\] at the grid's radii of a profile of `fwhm` \[px\], blurred by one box (what a
@@ -173,12 +60,10 @@ impl Grid {
 
     /// The same for points, for trails, or for both; what is not asked for is 0.
     pub fn profile_of(&self, shape: Shape, fwhm: f64, kinds: [bool; 2]) -> Vec<f64> {
-        let ready = shape.ready();
         let mut profile = self.no_weights();
         let n = self.nodes.len();
         for (half, (blur, _)) in BOXES.iter().zip(kinds).enumerate().filter(|(_, (_, asked))| *asked) {
-            let values = profile[half * n..].iter_mut().zip(&self.nodes);
-            values.for_each(|(value, r)| *value = blurred(ready, fwhm, *r, blur));
+            blurred(shape, fwhm, &self.nodes, blur, &mut profile[half * n..][..n]);
         }
         profile
     }
@@ -190,16 +75,14 @@ impl Grid {
 
     /// The light of a point in a pixel `distance` \[px\] from it, for a profile on this grid \[1/px\].
     pub fn light(&self, profile: &[f64], distance: f64) -> f64 {
-        let above = self.nodes.partition_point(|r| *r <= distance);
-        let start = (above.saturating_sub(1) & !1).min(self.nodes.len() - 3);
+        let start = self.ring(distance);
         let basis = quadratic(&self.nodes[start..start + 3], distance);
         basis.iter().zip(profile.get(start..).unwrap_or_default()).map(|(b, p)| b * p).sum()
     }
 
     /// Adds to `weights` the light of a point in a pixel `distance` \[px\] from it that counts by `share`.
     pub fn add_pixel(&self, weights: &mut [f64], distance: f64, share: f64) {
-        let above = self.nodes.partition_point(|r| *r <= distance);
-        let start = (above.saturating_sub(1) & !1).min(self.nodes.len() - 3);
+        let start = self.ring(distance);
         let basis = quadratic(&self.nodes[start..start + 3], distance);
         weights[start..start + 3].iter_mut().zip(basis).for_each(|(w, b)| *w += share * b);
     }
@@ -231,50 +114,6 @@ impl Grid {
         }
         all
     }
-}
-
-/// What blurs an image: boxes of one pixel.
-struct Blur {
-    /// Three places an axis and their weights, with the second and the fourth moment.
-    rule: [(f64, f64); 3],
-    /// Coefficients of the powers of the Laplacian, which are those of the boxes' transform averaged over directions.
-    series: [f64; 3],
-}
-
-/// One box, sinc(kx/2) sinc(ky/2), and two, its square, to the sixth order.
-const BOXES: [Blur; 2] = [
-    Blur {
-        rule: three_points(0.387_298_334_620_742, 5.0 / 18.0),
-        series: [1.0 / 24.0, 0.75 / 1920.0 + 0.125 / 576.0, 0.625 / 322_560.0 + 0.125 / 46_080.0],
-    },
-    Blur {
-        rule: three_points(0.632_455_532_033_676, 5.0 / 24.0),
-        series: [1.0 / 12.0, 0.75 / 360.0 + 0.125 / 144.0, 0.625 / 20_160.0 + 0.125 / 4_320.0],
-    },
-];
-/// Below this FWHM the series converges badly \[px\].
-const LEAST_SERIES_FWHM: f64 = 2.5;
-
-/// Surface brightness at `r` of a profile of `fwhm` \[px\], blurred.
-fn blurred(shape: Ready, fwhm: f64, r: f64, blur: &Blur) -> f64 {
-    // seen from 22.5 deg, the fourth order of a square is that of its average over directions
-    const TOWARDS: (f64, f64) = (0.923_879_532_511_287, 0.382_683_432_365_09);
-    let plain = |r: f64| shape.at(r / fwhm) / (fwhm * fwhm);
-    if r > 8.0 * fwhm.max(3.0) {
-        return plain(r);
-    }
-    if let Some(u) = shape.laplacians(r / fwhm).filter(|_| fwhm >= LEAST_SERIES_FWHM) {
-        let s = 1.0 / (fwhm * fwhm);
-        let [a, b, c] = blur.series;
-        return s * (u[0] + s * (a * u[1] + s * (b * u[2] + s * c * u[3])));
-    }
-    let (x, y) = (r * TOWARDS.0, r * TOWARDS.1);
-    let row = |dy: f64| blur.rule.iter().map(|(dx, w)| w * plain((x + dx).hypot(y + dy))).sum::<f64>();
-    blur.rule.iter().map(|(dy, w)| w * row(*dy)).sum()
-}
-
-const fn three_points(node: f64, weight: f64) -> [(f64, f64); 3] {
-    [(-node, weight), (0.0, 1.0 - 2.0 * weight), (node, weight)]
 }
 
 /// Quadratic interpolation between two ring edges and their middle, at `r`: the weights of the three.
@@ -361,6 +200,22 @@ mod tests {
     }
 
     #[test]
+    fn the_rule_finds_the_ring_that_a_search_finds() {
+        for fwhm in [0.5, 1.3, 3.37, 41.0] {
+            let grid = Grid::new(fwhm, 60.0 * fwhm);
+            let searched = |r: f64| {
+                let above = grid.nodes.partition_point(|n| *n <= r);
+                (above.saturating_sub(1) & !1).min(grid.nodes.len() - 3)
+            };
+            let between = (0..20_000).map(|i| 0.0037 * fwhm * f64::from(i));
+            let edges = grid.nodes.iter().flat_map(|n| [n.next_down(), *n, n.next_up()]);
+            for r in between.chain(edges).chain([f64::INFINITY]) {
+                assert_eq!(grid.ring(r.max(0.0)), searched(r.max(0.0)), "{r} for {fwhm}");
+            }
+        }
+    }
+
+    #[test]
     fn every_profile_holds_unit_flux_and_has_its_width() {
         for shape in [0.0, 0.1, 0.3, 0.4].map(|inverse_beta| Shape::Moffat { inverse_beta }) {
             assert!((shape.intensity(0.5) / shape.intensity(0.0) - 0.5).abs() < 1e-12);
@@ -368,22 +223,20 @@ mod tests {
             let total = share(&grid.share_weights(900.0, 0.0), &grid.profile(shape, 3.0));
             assert!((total - 1.0).abs() < 4e-4, "{shape:?}: {total}");
         }
-        let half = Shape::Kolmogorov.intensity(0.5) / Shape::Kolmogorov.intensity(0.0);
-        assert!((half - 0.5).abs() < 1e-4, "{half}");
         let grid = Grid::new(3.0, 1000.0);
         let inside = share(&grid.share_weights(900.0, 0.0), &grid.profile(Shape::Kolmogorov, 3.0));
-        let beyond = 0.0863 * (900.0 / 3.0 * KOLMOGOROV_FWHM).powf(-5.0 / 3.0);
+        let beyond = 0.0863 * (900.0 / 3.0 * 0.975_54f64).powf(-5.0 / 3.0);
         assert!((inside + beyond - 1.0).abs() < 3e-4, "{inside}");
-        // no step where the wing's expansion takes over
-        let step = kolmogorov_reference(7.999) / kolmogorov_wing(8.001);
-        assert!((step - 1.0).abs() < 0.01, "{step}");
     }
 
     /// Against two boxes summed point by point, averaged over directions.
     #[test]
     fn the_boxes_blur_as_they_do_by_brute_force() {
-        for (shape, fwhm) in [(0.0, 2.0), (0.4, 2.0), (0.0, 2.5), (0.4, 2.5), (0.4, 3.0)] {
-            let shape = Shape::Moffat { inverse_beta: shape };
+        let moffat = |inverse_beta: f64| Shape::Moffat { inverse_beta };
+        let cases =
+            [(moffat(0.0), 2.0), (moffat(0.4), 2.0), (moffat(0.0), 2.5), (moffat(0.4), 2.5), (moffat(0.4), 3.0)];
+        let turbulent = [2.0, 2.5, 4.0].map(|fwhm| (Shape::Kolmogorov, fwhm));
+        for (shape, fwhm) in cases.into_iter().chain(turbulent) {
             let grid = Grid::new(fwhm, 50.0);
             let n = 20;
             // the sum of two uniform deviates
