@@ -4,6 +4,7 @@ use crate::base::ledger::Row;
 use crate::camera::chip::Chip;
 use crate::camera::expose::{self, Rows};
 use crate::camera::optics::Optics;
+use crate::camera::psf::Psf;
 use crate::camera::region::Region;
 use crate::camera::scenery::Scenery;
 use crate::camera::truth::{self, Truth};
@@ -91,6 +92,11 @@ impl<'a> Simulator<'a> {
     /// SCENESHA: the hash of all that decides a pixel.
     pub fn scene_sha(&self) -> &str {
         &self.scene_sha
+    }
+
+    /// The image of a point at `airmass`.
+    pub fn psf(&self, airmass: f64) -> Psf {
+        Psf::new(self.optics.profile(self.scene, airmass), self.scene.accuracy.psf)
     }
 
     /// What the sky's sources of one exposure need.

@@ -54,6 +54,21 @@ pub struct MoonFace {
     pub sun_distance: f64,
 }
 
+/// A phase this near to the date's is the date's \[rad\]: half a degree.
+const SAME_PHASE: f64 = 0.5 / 180.0 * std::f64::consts::PI;
+
+impl MoonFace {
+    /// The same Moon at another phase, the Sun in its equator on the side where it is.
+    #[must_use]
+    pub fn at_phase(self, phase: f64) -> Self {
+        if (self.phase - phase).abs() < SAME_PHASE {
+            return self;
+        }
+        let side = if libm::sin(self.sun_longitude - self.observer_longitude) < 0.0 { -1.0 } else { 1.0 };
+        Self { phase, sun_longitude: self.observer_longitude + side * phase, sun_latitude: 0.0, ..self }
+    }
+}
+
 /// Rotation from ICRS to selenographic components at `t`.
 pub fn icrs_to_selenographic(t: &Instant) -> DMat3 {
     let (day, fraction) = t.tt();

@@ -14,7 +14,7 @@ use super::geodetic::Geodetic;
 use super::{Error, time::Instant};
 use crate::base::constants::{EARTH_RATE_RAD_S, LIGHT_M_S};
 use crate::base::units::wrap_two_pi;
-use glam::{DMat3, DVec3};
+use glam::{DMat3, DQuat, DVec3};
 
 /// Effective wavelength of the refraction constants \[um\].
 const REFRACTION_UM: f64 = 0.55;
@@ -138,6 +138,14 @@ impl Observer {
     /// The zenith in ICRS axes.
     pub fn zenith(&self) -> DVec3 {
         self.gcrs_to_local.row(2)
+    }
+
+    /// The same observer with the horizon tilted: what was seen airless towards `from` (east, north, up) is seen towards
+    /// `to`, along the great circle between them. Nothing else changes.
+    #[must_use]
+    pub fn tilted(&self, from: DVec3, to: DVec3) -> Self {
+        let turn = DMat3::from_quat(DQuat::from_rotation_arc(from.normalize(), to.normalize()));
+        Self { gcrs_to_local: turn * self.gcrs_to_local, ..*self }
     }
 
     /// Velocity in the barycentric frame \[m/s\].

@@ -30,6 +30,60 @@ impl Default for Accuracy {
     }
 }
 
+impl Accuracy {
+    /// Names of the keys.
+    pub const KEYS: [&str; 6] = ["omit", "brightness", "sky", "psf", "trail_px", "position_mas"];
+
+    /// The value of a key; none: no such key.
+    pub fn value(mut self, key: &str) -> Option<f64> {
+        self.slot(key).copied()
+    }
+
+    /// The same with another value of a key; a key that is none changes nothing.
+    #[must_use]
+    pub fn with(mut self, key: &str, value: f64) -> Self {
+        if let Some(slot) = self.slot(key) {
+            *slot = value;
+        }
+        self
+    }
+
+    fn slot(&mut self, key: &str) -> Option<&mut f64> {
+        Some(match key {
+            "omit" => &mut self.omit,
+            "brightness" => &mut self.brightness,
+            "sky" => &mut self.sky,
+            "psf" => &mut self.psf,
+            "trail_px" => &mut self.trail_px,
+            "position_mas" => &mut self.position_mas,
+            _ => return None,
+        })
+    }
+}
+
+/// The values of a key of `[accuracy]` that bring a setting.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Tolerance {
+    /// The key.
+    pub key: &'static str,
+    /// Least value that brings the setting.
+    pub low: f64,
+    /// Values from this one on bring another, unless it is `low`.
+    pub high: f64,
+}
+
+impl Tolerance {
+    /// One value alone.
+    pub fn exactly(key: &'static str, value: f64) -> Self {
+        Self { key, low: value, high: value }
+    }
+
+    /// True if `value` brings the setting.
+    pub fn holds(&self, value: f64) -> bool {
+        value == self.low || self.low <= value && value < self.high
+    }
+}
+
 /// Error against run time of one setting of one approximation, against its reference twin.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct AccuracyRow {
@@ -49,6 +103,32 @@ pub struct AccuracyRow {
     pub bytes: u64,
     /// No other setting is both faster and more exact.
     pub pareto: bool,
-    /// This is the setting used by default.
+    /// This is the setting that the scene uses.
     pub default: bool,
+    /// The cheapest setting that meets the wanted error.
+    pub suggested: bool,
+    /// What brings this setting; none: no key of `[accuracy]` does.
+    #[serde(skip)]
+    pub by: Option<Tolerance>,
+    /// The wanted error is one of the root mean square, not of the largest.
+    #[serde(skip)]
+    pub by_rms: bool,
+    /// What one exposure of the scene leaves uncertain anyway, in `unit`; none: no such measure.
+    #[serde(skip)]
+    pub noise: Option<f64>,
+}
+
+impl AccuracyRow {
+    /// The error that counts where one is wanted, in `unit`.
+    pub fn error(&self) -> f64 {
+        if self.by_rms { self.rms_err } else { self.max_err }
+    }
+
+    /// What the row is compared with: other rows of the same approximation, of shapes the ways to the light of the same shape.
+    pub fn family(&self) -> String {
+        match self.setting.split_once(": ") {
+            Some((shape, _)) if self.approximation.starts_with("object.") => format!("shadows of {shape}"),
+            _ => self.approximation.clone(),
+        }
+    }
 }

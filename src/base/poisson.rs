@@ -30,6 +30,13 @@ pub fn poisson(address: &Address, pixel: u64, mean: f64) -> f64 {
     count[0]
 }
 
+/// The reference twin of [`poisson`]: the cumulative probability inverted with all 64 bits, one pixel at a time.
+pub fn poisson_reference(address: &Address, pixel: u64, mean: f64) -> f64 {
+    let words = address.chunk(pixel / CHUNK as u64);
+    let word = address.extended(pixel, words[(pixel % CHUNK as u64) as usize]);
+    if mean > 0.0 { twin(word, mean) } else { 0.0 }
+}
+
 /// Replace each of `means` by a count; their pixels are numbered from `first` on. The counts are those of [`poisson`].
 pub fn draw_poisson(address: &Address, first: u64, means: &mut [f64]) {
     draw_poisson_on(Path::best(), address, first, means);

@@ -1,6 +1,7 @@
 //! Tables: named columns with units, and metadata. `io/ecsv` writes them.
 
 use serde_json::{Map, Value as Json};
+use std::borrow::Cow;
 
 /// Values of a column.
 #[derive(Debug, Clone, PartialEq)]
@@ -39,7 +40,7 @@ impl Values {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
     /// Name, as in the file.
-    pub name: &'static str,
+    pub name: Cow<'static, str>,
     /// Unit as astropy spells it; empty for none.
     pub unit: &'static str,
     /// Values, one a row.
@@ -62,12 +63,17 @@ impl Table {
     }
 
     /// Add a column; `unit` as astropy spells it, empty for none.
-    pub fn column(&mut self, name: &'static str, unit: &'static str, values: Values) {
-        self.columns.push(Column { name, unit, values });
+    pub fn column(&mut self, name: impl Into<Cow<'static, str>>, unit: &'static str, values: Values) {
+        self.columns.push(Column { name: name.into(), unit, values });
     }
 
     /// Add a column of floating point numbers.
-    pub fn floats(&mut self, name: &'static str, unit: &'static str, values: impl Iterator<Item = f64>) {
+    pub fn floats(
+        &mut self,
+        name: impl Into<Cow<'static, str>>,
+        unit: &'static str,
+        values: impl Iterator<Item = f64>,
+    ) {
         self.column(name, unit, Values::Float(values.collect()));
     }
 
@@ -88,7 +94,7 @@ impl Table {
 
     /// The rows as JSON objects, columns as keys.
     pub fn to_json_rows(&self) -> Json {
-        let row = |i| self.columns.iter().map(|c| (c.name.to_owned(), c.values.json(i))).collect::<Map<_, _>>();
+        let row = |i| self.columns.iter().map(|c| (c.name.to_string(), c.values.json(i))).collect::<Map<_, _>>();
         (0..self.rows()).map(|i| Json::Object(row(i))).collect()
     }
 }

@@ -286,6 +286,11 @@ impl Scenery {
         .collect()
     }
 
+    /// Mean diffuse light of the sky at a pixel, before optics and shutter make it uneven \[e-/px\].
+    pub fn sky_at(&self, pixel: DVec2) -> f64 {
+        self.sky.at(pixel)
+    }
+
     /// True if a source of sky light is outside its model: the sky is brighter than these means by an unknown amount.
     pub fn sky_is_unknown(&self) -> bool {
         self.ledger.iter().any(|row| row.name.starts_with("sky.") && !row.is_needed() && row.bound.is_nan())

@@ -15,7 +15,7 @@ pub struct Cli {
 /// after it.
 #[derive(Debug, Args)]
 pub(super) struct Global {
-    /// Directory (or file, for `init` and `catalog import`) to write to
+    /// Directory (or file, for `init`, `catalog import` and `stations from-fits`) to write to
     #[arg(short = 'o', long = "output", value_name = "PATH")]
     pub output: Option<PathBuf>,
     /// Replace a key of the scene: key.path=value, the value in TOML, else a bare string; repeatable
@@ -59,12 +59,14 @@ pub(super) struct Nothing {}
 
 #[derive(Debug, Subcommand)]
 pub(super) enum Command {
-    /// The main job: plan, frames, photometry, light curve
+    /// The main job: plan, frames, photometry, light curve, report
     Run(With<RunArgs>),
     /// Geometry of every exposure, and windows: when a target can be observed, and why not when not
     Plan(With<PlanArgs>),
     /// Frames only; any subset or crop gives the pixels of the whole
     Render(With<RenderArgs>),
+    /// The page report.html of what lies in a run's directory, made anew
+    Report(With<ReportArgs>),
     /// The targets' light curves without images: horizon and daylight are ignored
     Lightcurve(With<SceneArgs>),
     /// Light curve from frames: pixels and headers
@@ -74,11 +76,14 @@ pub(super) enum Command {
     /// Periods in a light curve, and what they may be mistaken for
     Period(With<PeriodArgs>),
     /// Error against run time of every approximation the scene uses, against its slow reference
-    Accuracy(With<SceneArgs>),
+    Accuracy(With<AccuracyArgs>),
     /// An epoch in every time scale
     Time(With<TimeArgs>),
     /// What is in the frames, what is left out and why, which noise dominates, what it costs
     Explain(With<SceneArgs>),
+    /// Signal-to-noise ratio against anything, limiting magnitudes, best exposures; analytic and by frames measured
+    #[command(after_help = crate::study::snr::setting::described())]
+    Snr(With<SnrArgs>),
     /// Light of the whole sky: budget of every source, all-sky maps, the zenith over the night
     Sky(With<SkyArgs>),
     /// A commented scene to start from
@@ -89,10 +94,12 @@ pub(super) enum Command {
     Schema(With<Nothing>),
     /// Bias, dark and flat frames of a station's camera
     Calibrate(With<CalibrateArgs>),
+    /// Many scenes that differ in some keys: run them, or look at the list and its cost first
+    Campaign(Box<CampaignArgs>),
     /// Star catalogues: import, info
     Catalog(CatalogArgs),
-    /// Built-in stations
-    Stations(With<Nothing>),
+    /// Built-in stations; one's own from a frame's header
+    Stations(Box<StationsArgs>),
     /// Built-in scenes
     Scenes(With<Nothing>),
     /// A shape looked at: what it consists of, its faults, pictures; repaired if asked
@@ -110,11 +117,12 @@ impl Command {
             Self::Run(with) => &with.global,
             Self::Plan(with) => &with.global,
             Self::Time(with) => &with.global,
-            Self::Accuracy(with) | Self::Explain(with) | Self::Check(with) | Self::Lightcurve(with) => {
-                &with.global
-            }
+            Self::Accuracy(with) => &with.global,
+            Self::Explain(with) | Self::Check(with) | Self::Lightcurve(with) => &with.global,
             Self::Render(with) => &with.global,
+            Self::Report(with) => &with.global,
             Self::Sky(with) => &with.global,
+            Self::Snr(with) => &with.global,
             Self::Calibrate(with) => &with.global,
             Self::Photometry(with) => &with.global,
             Self::Invert(with) => &with.global,
@@ -122,7 +130,14 @@ impl Command {
             Self::Init(with) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Import(with) }) => &with.global,
             Self::Catalog(CatalogArgs { action: CatalogAction::Info(with) }) => &with.global,
-            Self::Schema(with) | Self::Stations(with) | Self::Scenes(with) | Self::Gpu(with) => &with.global,
+            Self::Stations(args) => match &args.action {
+                Some(StationsAction::FromFits(with)) => &with.global,
+                None => &args.global,
+            },
+            Self::Campaign(args) => match &args.action {
+                CampaignAction::Run(with) | CampaignAction::Card(with) => &with.global,
+            },
+            Self::Schema(with) | Self::Scenes(with) | Self::Gpu(with) => &with.global,
             Self::Shape(with) => &with.global,
             Self::Completions(with) => &with.global,
         }
@@ -139,6 +154,12 @@ pub(super) struct ShapeArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct ReportArgs {
+    /// Output directory of `run`
+    pub dir: PathBuf,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct CompletionArgs {
     /// The shell
     pub shell: clap_complete::Shell,
@@ -151,12 +172,54 @@ pub(super) struct SceneArgs {
 }
 
 #[derive(Debug, Args)]
+pub(super) struct AccuracyArgs {
+    /// Scene file, or the name of a built-in scene
+    pub scene: String,
+    /// Wanted errors: a key of [accuracy] or an approximation and its error, or one number, a share of the noise of one exposure
+    /// [default: the scene's own [accuracy]]
+    #[arg(long, value_name = "NAME=ERROR", value_delimiter = ',', allow_hyphen_values = true)]
+    pub wanted: Vec<String>,
+    /// Write the suggested values into the scene file, and nothing else
+    #[arg(long)]
+    pub apply: bool,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct SkyArgs {
     /// Scene file, or the name of a built-in scene
     pub scene: String,
     /// The exposure at whose middle the sky is looked at
     #[arg(long, default_value_t = 0)]
     pub frame: usize,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct SnrArgs {
+    /// Scene file, or the name of a built-in scene
+    pub scene: String,
+    /// Vary a numeric key of the scene or a parameter of the study: KEY=A..B:log:N, KEY=A..B:lin:N or KEY=A,B,C; once or
+    /// twice; none: the magnitude about the limit
+    #[arg(long, value_name = "KEY=VALUES", allow_hyphen_values = true)]
+    pub sweep: Vec<String>,
+    /// SNR of the limiting magnitude and of the exposure sought
+    #[arg(long, value_name = "SNR", default_value_t = crate::study::snr::WANTED, value_parser = snr_wanted)]
+    pub wanted: f64,
+    /// Measure N frames of the target's surroundings for each row
+    #[arg(long, value_name = "N", num_args = 0..=1, default_missing_value = "200",
+          value_parser = clap::value_parser!(u32).range(2..=crate::study::snr::monte_carlo::MOST as i64))]
+    pub monte_carlo: Option<u32>,
+    /// The exposure whose geometry counts [default: that of the most usual airmass]
+    #[arg(long)]
+    pub frame: Option<usize>,
+    /// Time between two exposures [s] [default: cadence_s - duration_s]
+    #[arg(long, value_name = "S", value_parser = seconds)]
+    pub dead_time: Option<f64>,
+    /// Limiting magnitudes over the sky at that exposure: snr_map
+    #[arg(long)]
+    pub map: bool,
+    /// Limiting magnitudes through its night: snr_night
+    #[arg(long)]
+    pub night: bool,
 }
 
 #[derive(Debug, Args)]
@@ -215,17 +278,30 @@ const FORMATS: &[&str] =
 
 #[derive(Debug, Args)]
 pub(super) struct InvertArgs {
-    /// Light curve: ECSV, CSV, ALCDEF, or DAMIT's lc.txt, with the directions to Sun and observer
-    pub lightcurve: PathBuf,
-    /// Scene that tells attitude and materials
+    /// Light curves of one object: ECSV, CSV, ALCDEF, or DAMIT's lc.txt, with the directions to Sun and observer
+    #[arg(required = true, value_name = "LIGHTCURVE")]
+    pub lightcurves: Vec<PathBuf>,
+    /// Scene that tells attitude and materials; its [inversion] how to seek, unless options do
     #[arg(long)]
     pub scene: Option<String>,
     /// Which target, where there are several
     #[arg(long)]
     pub target: Option<String>,
-    /// Bodies tried: convex ones and, where these do not do, boxes and panels; or one of both
-    #[arg(long, value_parser = ["auto", "convex", "nonconvex"])]
+    /// Bodies tried: convex ones and, where these do not do, boxes and panels; one of both; or an older method
+    #[arg(long, value_parser = ["auto", "convex", "nonconvex", "little", "ikeuchi", "nicolet", "draft"])]
     pub model: Option<String>,
+    /// What the faces are made of: as the target is said to be, or specular share and exponent sought with the shape
+    #[arg(long, value_parser = ["as-target", "fit"])]
+    pub brdf: Option<String>,
+    /// How the object turns: as the target is said to, or about a pole sought over the whole sphere
+    #[arg(long, value_parser = ["as-target", "scan-pole"])]
+    pub attitude: Option<String>,
+    /// Sidereal periods of the search for the pole [s], such as 95..105
+    #[arg(long, value_name = "A..B")]
+    pub period: Option<String>,
+    /// Share of the points kept from the fit to test it, in stretches of time; 0 = none
+    #[arg(long, value_name = "SHARE")]
+    pub held_out: Option<f64>,
     /// Mesh of the true shape, only compared with
     #[arg(long, value_name = "FILE")]
     pub truth: Option<PathBuf>,
@@ -366,9 +442,52 @@ pub(super) struct CalibrateArgs {
 }
 
 #[derive(Debug, Args)]
+#[command(args_conflicts_with_subcommands = true)]
+pub(super) struct StationsArgs {
+    #[command(subcommand)]
+    pub action: Option<StationsAction>,
+    #[command(flatten)]
+    pub global: Global,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum StationsAction {
+    /// A station file (-o FILE) from the header and the pixels of a camera's frame, each value with its origin
+    FromFits(With<FromFitsArgs>),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct FromFitsArgs {
+    /// FITS frame of the camera
+    pub frame: PathBuf,
+    #[command(flatten)]
+    pub instead: HeaderArgs,
+}
+
+#[derive(Debug, Args)]
 pub(super) struct InitArgs {
     /// A built-in scene or station; none: every key, commented
     pub name: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CampaignArgs {
+    #[command(subcommand)]
+    pub action: CampaignAction,
+}
+
+#[derive(Debug, Subcommand)]
+pub(super) enum CampaignAction {
+    /// Run all scenes into directories of their own (-o DIR); finished ones are kept, failed ones stop no other
+    Run(With<CampaignFile>),
+    /// The scenes, what they set, how long they take and how large they are; nothing is run
+    Card(With<CampaignFile>),
+}
+
+#[derive(Debug, Args)]
+pub(super) struct CampaignFile {
+    /// Campaign file: TOML with base, [set], [grid], [[scene]]
+    pub file: PathBuf,
 }
 
 #[derive(Debug, Args)]
@@ -458,6 +577,10 @@ fn completeness(text: &str) -> Result<f64, String> {
 
 fn seconds(text: &str) -> Result<f64, String> {
     number_within(text, [0.0, 1e6])
+}
+
+fn snr_wanted(text: &str) -> Result<f64, String> {
+    number_within(text, [0.01, 1e6])
 }
 
 fn share(text: &str) -> Result<f64, String> {

@@ -4,6 +4,7 @@
 mod accuracy;
 mod args;
 mod calibrate;
+mod campaign;
 mod catalog;
 mod explain;
 mod gpu;
@@ -13,10 +14,14 @@ mod period;
 mod photometry;
 mod plan;
 mod render;
+mod report;
 mod run;
 mod scenes;
 mod shape;
+mod shapes;
 mod sky;
+mod snr;
+mod stations;
 mod talk;
 mod time;
 
@@ -38,6 +43,7 @@ pub fn main(cli: &Cli) -> ExitCode {
     let result = match &cli.command {
         Command::Run(with) => run::run(&with.args, global, &talk),
         Command::Plan(with) => plan::plan(&with.args, global, &talk),
+        Command::Report(with) => report::report(&with.args, global, &talk),
         Command::Render(with) => render::render(&with.args, global, &talk),
         Command::Calibrate(with) => calibrate::calibrate(&with.args, global, &talk),
         Command::Photometry(with) => photometry::photometry(&with.args, global, &talk),
@@ -48,13 +54,15 @@ pub fn main(cli: &Cli) -> ExitCode {
         Command::Accuracy(with) => accuracy::accuracy(&with.args, global, &talk),
         Command::Explain(with) => explain::explain(&with.args, global, &talk),
         Command::Sky(with) => sky::sky(&with.args, global, &talk),
+        Command::Snr(with) => snr::snr(&with.args, global, &talk),
         Command::Init(with) => scenes::init(&with.args, global, &talk),
         Command::Check(with) => scenes::check(&with.args, global, &talk),
         Command::Schema(_) => scenes::schema(),
         Command::Shape(with) => shape::shape(&with.args, global, &talk),
         Command::Gpu(with) => gpu::gpu(&with.global),
         Command::Scenes(_) => scenes::scenes(global),
-        Command::Stations(_) => scenes::stations(global),
+        Command::Stations(args) => stations::stations(args, global, &talk),
+        Command::Campaign(args) => campaign::campaign(args, &talk),
         Command::Catalog(args) => catalog::catalog(&args.action, global, &talk),
         Command::Completions(with) => {
             let mut script = Vec::new();

@@ -157,7 +157,8 @@ fn write_all(
 }
 
 /// What counts in place of the headers.
-fn overrides(args: &HeaderArgs) -> Result<Overrides, Failure> {
+/// What counts in place of the header.
+pub(super) fn overrides(args: &HeaderArgs) -> Result<Overrides, Failure> {
     Ok(Overrides {
         gain_e_adu: args.gain,
         read_noise_e: args.read_noise,

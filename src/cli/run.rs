@@ -1,8 +1,11 @@
 //! `nightglass run`: the main job.
 
 use super::args::{Global, RunArgs};
+use super::invert::model;
 use super::photometry::measure;
 use super::render::produce;
+use super::report;
+use super::shapes::shapes;
 use super::talk::{Failure, Talk, load, print_json};
 use crate::io::atomic;
 use crate::photometry::Place;
@@ -17,9 +20,11 @@ use serde_json::json;
 
 pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
+    let inversion = scene.inversion.enabled.then(|| model(&scene.inversion.model)).transpose()?;
     let output = produce(&scene, &args.part, global, talk)?;
     let frames = output.rendered.frames.iter().map(|n| output.dir.frame(*n)).collect::<Vec<_>>();
-    let mut written = vec!["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "frames/"];
+    let mut written =
+        ["scene.toml", "plan.ecsv", "truth.ecsv", "ledger.json", "frames/"].map(String::from).to_vec();
     if !scene.target.is_empty() && !frames.is_empty() {
         let catalogue = catalogue(&scene).map_err(SimulateError::from)?;
         let bar = talk.bar(frames.len(), "photometry");
@@ -40,22 +45,32 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
         let curve = measure(&job, talk)?;
         bar.finish_and_clear();
         tables::write(&output.dir, "lightcurve.ecsv", &curve.table)?;
-        written.push("lightcurve.ecsv");
+        written.push("lightcurve.ecsv".into());
         let station = &scene.station.name;
         match curve_files::tdm(&curve, station) {
             Ok(Some(text)) => {
                 atomic::write(&output.dir.path().join("lightcurve.tdm"), text.as_bytes())?;
-                written.push("lightcurve.tdm");
+                written.push("lightcurve.tdm".into());
             }
             Ok(None) => {}
             Err(why) => talk.say(&format!("warning: no lightcurve.tdm: {why}")),
         }
         let title = format!("{}, {station}", scene.name);
         atomic::write(&output.dir.path().join("lightcurve.svg"), measured(&curve, &title).as_bytes())?;
-        written.push("lightcurve.svg");
+        written.push("lightcurve.svg".into());
+        if let Some(model) = inversion {
+            written.extend(shapes(&scene, model, &curve, &output.dir, talk)?);
+        }
+    }
+    if scene.output.report {
+        report::write(output.dir.path(), output.dir.path(), talk)?;
+        written.push("report.html".into());
     }
     let dir = output.dir.path().display();
     talk.say(&format!("wrote {dir}/: {}", written.join(", ")));
+    if scene.output.report {
+        talk.say(&format!("report: {}", output.dir.file("report.html").display()));
+    }
     talk.detail(&format!("{} exposures planned", output.views.len()));
     if global.json {
         let rows = written.iter().map(|name| json!({ "file": format!("{dir}/{name}") })).collect::<Vec<_>>();

@@ -1,9 +1,9 @@
-//! `nightglass init`, `check`, `schema`, `scenes`, `stations`.
+//! `nightglass init`, `check`, `schema`, `scenes`.
 
 use super::args::{Global, InitArgs, SceneArgs};
 use super::talk::{Failure, Talk, load, print, print_json};
 use crate::io::atomic;
-use crate::scene::{self, SCENES, STATIONS, contradictions};
+use crate::scene::{self, SCENES, contradictions};
 use crate::simulate::{SimulateError, Simulator};
 use serde_json::json;
 
@@ -60,41 +60,8 @@ pub(super) fn scenes(global: &Global) -> Result<(), Failure> {
     })
 }
 
-pub(super) fn stations(global: &Global) -> Result<(), Failure> {
-    let mut out = format!(
-        "{:15} {:>9} {:>10} {:>7} {:>7} {:>8} {:>9}  station\n",
-        "name", "lat, deg", "lon, deg", "h, m", "D, m", "field", "arcsec/px"
-    );
-    let mut rows = Vec::new();
-    for (name, text) in STATIONS {
-        let loaded = scene::load_station(name)?;
-        let (station, telescope) = (&loaded.station, &loaded.telescope);
-        let field = loaded.detector.size_px.map(|n| n as f64 * telescope.plate_scale_arcsec / 3600.0);
-        let line = (station.latitude_deg, station.longitude_deg, station.height_m, telescope.aperture_m);
-        out.push_str(&format!(
-            "{name:15} {:>9.4} {:>10.4} {:>7.0} {:>7.3} {:>8.3} {:>9.3}  {}\n",
-            line.0,
-            line.1,
-            line.2,
-            line.3,
-            field[0],
-            telescope.plate_scale_arcsec,
-            about(text)
-        ));
-        rows.push(json!({
-            "name": name, "about": about(text), "latitude_deg": line.0, "longitude_deg": line.1, "height_m": line.2,
-            "aperture_m": line.3, "plate_scale_arcsec": telescope.plate_scale_arcsec, "field_deg": field,
-            "contradictions": contradictions(&loaded),
-        }));
-    }
-    if global.json {
-        return print_json(&json!({ "command": "stations", "rows": rows }));
-    }
-    print(&out)
-}
-
 /// The first comment line of a text.
-fn about(text: &str) -> String {
+pub(super) fn about(text: &str) -> String {
     text.lines().next().unwrap_or_default().trim_start_matches('#').trim().to_owned()
 }
 

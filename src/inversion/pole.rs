@@ -1,4 +1,4 @@
-//! Pole and period of a uniformly rotating convex body.
+//! Pole and period of a uniformly rotating convex body, from one or more curves.
 //!
 //! A vector v in inertial axes is R_z(-2 pi t/P) R(p) v in body axes, R(p) taking the pole p to z; where x points is the body's
 //! own affair. At a given pole and period the facets are a convex problem, so the poles of an even grid are compared by
@@ -9,7 +9,7 @@
 //! If Sun and observer stay in one plane of normal m, the mirrored body turning about the pole turned by 180 deg about m gives
 //! the same curve (Kaasalainen & Lamberg 2006, Inverse Problems 22, 749): that alias is always tried.
 
-use super::egi::{Curve, EgiError, Options, Problem, ProblemError, Scale, Solution, Unknowns, View, solve_from};
+use super::egi::{Curve, EgiError, Options, Problem, ProblemError, Solution, Unknowns, View, solve_from};
 use super::nnls::{self, Columns};
 use super::sphere::{angle, fibonacci, spacing, tangents};
 use crate::object::convex::Epochs;
@@ -19,16 +19,18 @@ use glam::{DMat3, DQuat, DVec3};
 use rayon::prelude::*;
 use std::f64::consts::TAU;
 
+/// Rounds in which free scales and facets follow each other, at most.
+const SCALING: usize = 6;
 /// Price of a parameter unless told: facets that are merged too readily pull the pole.
 const AKAIKE: f64 = 2.0;
 
-/// A curve of a rotating body.
+/// Curves of a rotating body.
 #[derive(Debug, Clone)]
 pub struct Spinning {
     /// Data; directions in inertial axes.
-    pub curve: Curve,
-    /// Time of each \[s\], from any instant.
-    pub times: Vec<f64>,
+    pub curves: Vec<Curve>,
+    /// Time of each datum of each curve \[s\], from any one instant.
+    pub times: Vec<Vec<f64>>,
 }
 
 /// Where to look.
@@ -163,13 +165,41 @@ impl Task<'_> {
 
     fn place(&self, pole: DVec3, period: f64) -> Result<Place, EgiError> {
         let epochs = self.epochs(pole, period);
-        let sigma = self.problem.sigma();
-        let column = |&n: &DVec3| {
-            let column = epochs.column(n, self.material, 0.0);
-            column.iter().zip(sigma).map(|(g, s)| g / s).collect()
-        };
-        let matrix = Columns::new(self.data.len(), self.normals.iter().map(column));
-        Ok(Place { pole, period, chi2: 2.0 * nnls::solve(&matrix, &self.data, &[])?.objective })
+        let flux: Vec<Vec<f64>> = self.normals.iter().map(|&n| epochs.column(n, self.material, 0.0)).collect();
+        let mut scales: Vec<f64> = self.problem.scales().iter().map(|s| s.unwrap_or(1.0)).collect();
+        let (mut support, mut chi2) = (Vec::new(), f64::INFINITY);
+        // free scales follow the facets in turn
+        let rounds = if self.problem.scales().iter().any(Option::is_none) { SCALING } else { 1 };
+        for _ in 0..rounds {
+            let weights: Vec<f64> =
+                self.problem.sigma().iter().zip(self.problem.curve_of()).map(|(s, &c)| scales[c] / s).collect();
+            let column = |g: &Vec<f64>| g.iter().zip(&weights).map(|(g, w)| g * w).collect();
+            let matrix = Columns::new(self.data.len(), flux.iter().map(column));
+            let solution = nnls::solve(&matrix, &self.data, &support)?;
+            let before = std::mem::replace(&mut chi2, 2.0 * solution.objective);
+            support.clone_from(&solution.support);
+            if before - chi2 < 0.01 * chi2 {
+                break;
+            }
+            self.rescale(&mut scales, &solution.residual);
+        }
+        Ok(Place { pole, period, chi2 })
+    }
+
+    /// Free scales by least squares, the facets held.
+    fn rescale(&self, scales: &mut [f64], residual: &[f64]) {
+        for (c, scale) in scales.iter_mut().enumerate().filter(|(c, _)| self.problem.scales()[*c].is_none()) {
+            let own = self.problem.curve_of().iter().enumerate().filter(|(_, curve)| **curve == c);
+            let (mut ym, mut mm) = (0.0, 0.0);
+            for (t, _) in own {
+                let model = self.data[t] - residual[t];
+                ym += self.data[t] * model;
+                mm += model * model;
+            }
+            if ym > 0.0 && mm > 0.0 {
+                *scale *= ym / mm;
+            }
+        }
     }
 
     /// Half the step of periods that keeps in phase over the span.
@@ -239,44 +269,67 @@ impl Task<'_> {
     }
 }
 
-/// Search all poles and the periods given. The scales of the curve count as known: areas are relative where it is free.
+/// Search all poles and the periods given. Where no curve's scale is known that of the first counts as 1, and areas are relative.
 ///
 /// # Errors
 /// Curves, periods and times out of their ranges.
 pub fn scan(spinning: &Spinning, material: &Material, scan: &Scan, options: &Options) -> Result<Found, ScanError> {
+    let problem = Problem::new(&spinning.curves)?;
+    search(&task(spinning, material, scan, &problem)?, scan, options).map_err(ScanError::from)
+}
+
+/// The least chi^2 of every period over the poles of the grid, of the inner problem.
+///
+/// # Errors
+/// As of [`scan`].
+pub fn by_period(spinning: &Spinning, material: &Material, scan: &Scan) -> Result<Vec<f64>, ScanError> {
+    let problem = Problem::new(&spinning.curves)?;
+    let task = task(spinning, material, scan, &problem)?;
+    let poles: Vec<DVec3> = fibonacci(scan.poles).collect();
+    let least = |&period: &f64| {
+        let mut chi2 = poles.iter().map(|&pole| Ok(task.place(pole, period)?.chi2));
+        chi2.try_fold(f64::INFINITY, |least, chi2: Result<f64, EgiError>| Ok(least.min(chi2?)))
+    };
+    scan.periods.par_iter().map(least).collect::<Result<_, EgiError>>().map_err(ScanError::from)
+}
+
+fn task<'a>(
+    spinning: &Spinning,
+    material: &'a Material,
+    scan: &Scan,
+    problem: &'a Problem,
+) -> Result<Task<'a>, ScanError> {
     let (poles, periods, normals) = (scan.poles, scan.periods.len(), scan.normals);
-    let (times, data) = (spinning.times.len(), spinning.curve.y.len());
+    let data = spinning.curves.iter().map(|c| c.y.len()).sum();
+    let times = spinning.times.iter().map(Vec::len).sum();
     let fits =
         (10..=100_000).contains(&poles) && (1..=100_000).contains(&periods) && (50..=5000).contains(&normals);
-    if !fits || times != data {
+    let as_many = spinning.times.len() == spinning.curves.len()
+        && spinning.times.iter().zip(&spinning.curves).all(|(t, c)| t.len() == c.y.len());
+    if !fits || !as_many {
         return Err(ScanError::Size { poles, periods, normals, times, data });
     }
     let value = |what, number, value, range| Err(ScanError::Value { what, number, value, range });
     if let Some((number, &p)) = scan.periods.iter().enumerate().find(|(_, p)| !(1e-6..=1e12).contains(*p)) {
         return value("period", number, p, "1e-6 to 1e12");
     }
-    if let Some((number, &t)) = spinning.times.iter().enumerate().find(|(_, t)| !(-1e15..=1e15).contains(*t)) {
+    let all = || spinning.times.iter().flatten();
+    if let Some((number, &t)) = all().enumerate().find(|(_, t)| !(-1e15..=1e15).contains(*t)) {
         return value("time", number, t, "-1e15 to 1e15");
     }
-    let problem = Problem::new(std::slice::from_ref(&spinning.curve))?;
-    let present = |k: &usize| !spinning.curve.y[*k].is_nan();
-    let kept: Vec<usize> = (0..data).filter(present).collect();
-    let times: Vec<f64> = kept.iter().map(|&k| spinning.times[k]).collect();
+    let present =
+        spinning.curves.iter().flat_map(|c| c.y.iter().zip(&c.sigma).map(|(y, s)| !(y.is_nan() || s.is_nan())));
+    let times: Vec<f64> = all().zip(present).filter(|(_, present)| *present).map(|(t, _)| *t).collect();
     let span = times.iter().copied().fold(f64::MIN, f64::max) - times.iter().copied().fold(f64::MAX, f64::min);
-    let scale = match spinning.curve.scale {
-        Scale::Fixed(scale) => scale,
-        Scale::Free => 1.0,
-    };
-    let task = Task {
-        problem: &problem,
+    Ok(Task {
+        problem,
         directions: (0..problem.len()).map(|t| problem.epochs().at(t)).collect(),
         times,
         material,
         normals: fibonacci(normals).collect(),
-        data: problem.weighted_data().iter().map(|y| y / scale).collect(),
+        data: problem.weighted_data(),
         span,
-    };
-    search(&task, scan, options).map_err(ScanError::from)
+    })
 }
 
 fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Found, EgiError> {

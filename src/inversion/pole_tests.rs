@@ -1,4 +1,5 @@
 use super::*;
+use crate::inversion::egi::Scale;
 use crate::inversion::synthetic::{Stream, noisy, random_body};
 
 /// A body seen in `nights` nights of 40 points; its pole.
@@ -17,7 +18,7 @@ fn observed(nights: usize, planar: bool, seed: u64) -> (Spinning, DVec3) {
     let epochs = Epochs::new(body_axes(pole, 137.0, &times, &directions));
     let curve = epochs.curve(&random_body(10, 0.5, seed), &Material::lambert(1.0), 0.0);
     let (y, sigma) = noisy(&curve, 100.0, &mut stream);
-    (Spinning { curve: Curve { y, sigma, directions, scale: Scale::Fixed(1.0) }, times }, pole)
+    (Spinning { curves: vec![Curve { y, sigma, directions, scale: Scale::Fixed(1.0) }], times: vec![times] }, pole)
 }
 
 fn quick() -> (Scan, Options) {
@@ -75,6 +76,6 @@ fn bad_scans_are_refused_by_name() {
         "period 1 = NaN s is outside 1e-6 to 1e12"
     );
     let mut late = spinning;
-    late.times[3] = f64::INFINITY;
+    late.times[0][3] = f64::INFINITY;
     assert_eq!(tell(&late, &plain), "time 3 = inf s is outside -1e15 to 1e15");
 }

@@ -67,6 +67,8 @@ pub struct Curve {
     pub calibrated: bool,
     /// Whether its brightness is reduced to unit distances, so that the range must not be applied again.
     pub reduced: bool,
+    /// Whether it is a session of one object, as all curves of DAMIT's files are, and those of ALCDEF's.
+    pub session: bool,
 }
 
 /// Light curves of a file.
@@ -282,7 +284,7 @@ fn from_table(table: &TextTable) -> Result<CurveFile, Fault> {
 /// Number of the curve of that name, which is added if it is new.
 fn curve(curves: &mut Vec<Curve>, name: &str) -> usize {
     curves.iter().position(|c| c.name == name).unwrap_or_else(|| {
-        curves.push(Curve { name: name.to_owned(), calibrated: true, reduced: false });
+        curves.push(Curve { name: name.to_owned(), calibrated: true, reduced: false, session: false });
         curves.len() - 1
     })
 }
@@ -328,6 +330,7 @@ fn from_alcdef(text: &str) -> Result<CurveFile, Fault> {
             name: format!("{} {date} {}", session.object(), session.get("FILTER").unwrap_or("")),
             calibrated: !says("DIFFERMAGS", "TRUE"),
             reduced: session.get("REDUCEDMAGS").is_some() && !says("REDUCEDMAGS", "NONE"),
+            session: true,
         });
         let metadata = session.metadata.iter().map(|(k, v)| (format!("{number}.{k}"), v.clone()));
         file.meta.extend(metadata);
@@ -362,7 +365,7 @@ fn from_damit(text: &str) -> Result<CurveFile, Fault> {
             _ => return fault(head.0, None, head.1, form),
         };
         let name = (number + 1).to_string();
-        file.curves.push(Curve { name: name.clone(), calibrated, reduced: true });
+        file.curves.push(Curve { name: name.clone(), calibrated, reduced: true, session: true });
         for _ in 0..points {
             let (line, text) = next("8 numbers: JD, brightness, Sun x y z, observer x y z")?;
             let words = text.split_whitespace().collect::<Vec<_>>();

@@ -20,7 +20,7 @@ pub fn to_ecsv(table: &Table) -> String {
         let _ = writeln!(text, "# - {{{key}: {}}}", value);
     }
     text.push_str("# schema: astropy-2.0\n");
-    let names = table.columns.iter().map(|c| c.name).collect::<Vec<_>>();
+    let names = table.columns.iter().map(|c| &*c.name).collect::<Vec<_>>();
     text.push_str(&names.join(" "));
     text.push('\n');
     for row in 0..table.rows() {

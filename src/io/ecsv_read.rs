@@ -8,7 +8,7 @@ use serde_json::Value as Json;
 
 /// A column of a table that was read.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct TextColumn {
+pub(crate) struct TextColumn {
     /// Name.
     pub name: String,
     /// Unit, as the file spells it; empty if it has none.
@@ -17,7 +17,7 @@ pub(super) struct TextColumn {
 
 /// A table that was read.
 #[derive(Debug, Clone, Default, PartialEq)]
-pub(super) struct TextTable {
+pub(crate) struct TextTable {
     /// Metadata in the file's order.
     pub meta: Vec<(String, Json)>,
     /// The columns.
@@ -28,7 +28,7 @@ pub(super) struct TextTable {
 
 /// What is wrong in a line, from 1.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct TableFault {
+pub(crate) struct TableFault {
     /// Number of the line.
     pub line: usize,
     /// What is there.
@@ -42,12 +42,12 @@ fn fault<T>(line: usize, value: &str, allowed: impl Into<String>) -> Result<T, T
 }
 
 /// Whether a text is ECSV.
-pub(super) fn is_ecsv(text: &str) -> bool {
+pub(crate) fn is_ecsv(text: &str) -> bool {
     text.starts_with("# %ECSV")
 }
 
 /// The table in an ECSV text.
-pub(super) fn parse_ecsv(text: &str) -> Result<TextTable, TableFault> {
+pub(crate) fn parse_ecsv(text: &str) -> Result<TextTable, TableFault> {
     let header = text.lines().take_while(|l| l.starts_with('#')).collect::<Vec<_>>();
     if !header.first().is_some_and(|l| l.starts_with("# %ECSV 1.") || *l == "# %ECSV 0.9") {
         return fault(1, header.first().copied().unwrap_or(""), "# %ECSV 1.0");
@@ -86,7 +86,7 @@ fn column(declared: &Json) -> Option<TextColumn> {
 }
 
 /// The table in a CSV text whose first line, comments (`#`) apart, has the names; its columns have no units.
-pub(super) fn parse_csv(text: &str) -> Result<TextTable, TableFault> {
+pub(crate) fn parse_csv(text: &str) -> Result<TextTable, TableFault> {
     let (names, rows) = body(text, 0, ',')?;
     let columns = names.into_iter().map(|name| TextColumn { name, unit: String::new() }).collect();
     Ok(TextTable { meta: Vec::new(), columns, rows })

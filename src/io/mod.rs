@@ -7,7 +7,7 @@ pub mod curve_file;
 #[cfg(test)]
 mod curve_file_tests;
 pub mod ecsv;
-mod ecsv_read;
+pub(crate) mod ecsv_read;
 pub mod exr_file;
 pub mod fits;
 pub mod fz;

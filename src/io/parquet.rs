@@ -48,7 +48,7 @@ fn field(column: &Column) -> Result<Arc<Type>, ParquetError> {
         Values::Text(_) => (Physical::BYTE_ARRAY, Some(LogicalType::String)),
         Values::Bool(_) => (Physical::BOOLEAN, None),
     };
-    let builder = Type::primitive_type_builder(column.name, physical).with_repetition(Repetition::REQUIRED);
+    let builder = Type::primitive_type_builder(&column.name, physical).with_repetition(Repetition::REQUIRED);
     builder.with_logical_type(logical).build().map(Arc::new)
 }
 

@@ -162,7 +162,8 @@ fn told(
     let known = budget.total();
     let place_bias_e = if centre_sigma.is_finite() { optimal::place_bias(fitted.flux_e, known) } else { 0.0 };
     let flux_e = fitted.flux_e - place_bias_e;
-    budget.share = flux_e.abs() * psf.covariance(&fitted.shares, &fitted.shares).max(0.0).sqrt();
+    let of_shares = || flux_e.abs() * psf.covariance(&fitted.shares, &fitted.shares).max(0.0).sqrt();
+    budget.share = fitted.doubt_e.unwrap_or_else(of_shares);
     budget.flat = flux_e.abs() * choice.flat_rms.hypot(masters_flat_rms) / fitted.spread_px.sqrt();
     let told = [
         (stamp.saturated > 0, flag::SATURATED),

@@ -40,6 +40,8 @@ pub struct Psf {
     pub trend: Trend,
     /// What makes it longer one way than the other: offsets are round as this matrix sees them.
     pub lens: DMat2,
+    /// Whether the source that is to be measured alone tells it: its noise then is in both.
+    pub own: bool,
 }
 
 /// The light of a source inside an aperture, and its density in an annulus.
@@ -51,7 +53,7 @@ impl Psf {
     pub fn known(shape: Shape, fwhm_px: f64) -> Self {
         let grid = Grid::new(fwhm_px, 60.0 * fwhm_px);
         let components = vec![Component::new(&grid, 1.0, shape, fwhm_px)];
-        Self { grid, components, fwhm_px, shape, trend: Trend::NONE, lens: DMat2::IDENTITY }
+        Self { grid, components, fwhm_px, shape, trend: Trend::NONE, lens: DMat2::IDENTITY, own: false }
     }
 
     /// What it is at a place, from -1 to 1 from border to border.
@@ -110,6 +112,28 @@ impl Psf {
             mean.iter_mut().zip(&c.profile).for_each(|(m, p)| *m += c.weight * p);
         }
         PointImage::new(&self.grid, &mean, self.fwhm_px, reach).through(self.lens)
+    }
+
+    /// Each profile's weight and the shares of `source` that it gives the pixels at `places`, out to the reach of `image`.
+    pub fn each(&self, image: &PointImage, source: &Segment, places: &[DVec2]) -> Vec<(f64, Vec<f64>)> {
+        let still = places.iter().all(|p| image.seen(source, *p).1.length() < 0.01 * self.fwhm_px);
+        if !still {
+            let of = |c: &Component| {
+                let own = PointImage::new(&self.grid, &c.profile, self.fwhm_px, image.reach()).through(self.lens);
+                (c.weight, places.iter().map(|p| own.share(source, *p)).collect())
+            };
+            return self.components.iter().map(of).collect();
+        }
+        let seen = places.iter().map(|p| {
+            let (offset, _, density) = image.seen(source, *p);
+            let (start, basis) = self.grid.stencil(offset.length());
+            (start, basis.map(|b| if offset.length() > image.reach() { 0.0 } else { density * b }))
+        });
+        let seen = seen.collect::<Vec<_>>();
+        let light = |c: &Component, (start, basis): &(usize, [f64; 3])| {
+            c.profile.get(*start..*start + 3).map_or(0.0, |p| p[0] * basis[0] + p[1] * basis[1] + p[2] * basis[2])
+        };
+        self.components.iter().map(|c| (c.weight, seen.iter().map(|s| light(c, s)).collect())).collect()
     }
 
     /// Weights of nothing.

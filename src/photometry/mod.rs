@@ -21,7 +21,7 @@ pub mod aperture;
 pub mod astrometry;
 pub mod background;
 pub mod budget;
-mod calibrate;
+pub mod calibrate;
 pub mod centroid;
 pub mod detect;
 pub mod detection;
@@ -51,7 +51,7 @@ mod response;
 pub mod rings;
 pub mod segment;
 mod shape;
-mod single;
+pub mod single;
 pub mod solve;
 pub mod stamp;
 #[cfg(test)]
@@ -318,7 +318,8 @@ pub fn measure(
 
     let lonely = field::alone(frame, &tracks, &target, 5.0 * fwhm, 4.0 * fwhm);
     let sources = calibrate::bright_sources(frame, &tracks, &lonely, found.map(|_| target), fwhm);
-    let psf = calibrate::point_spread(frame, &sources, fwhm);
+    let mut psf = calibrate::point_spread(frame, &sources, fwhm);
+    psf.own = matches!(&sources[..], [(one, ..)] if (one.centre - target.centre).length() < fwhm);
     let (zero_point, star_aperture) =
         calibrate::stars_zero_point(frame, &tracks, &lonely, &psf, row.scintillation, settings);
     let psf = psf.at(frame.relative(target.centre));
@@ -372,7 +373,8 @@ impl Sources<'_> {
         let there = found.and_then(|place| extract(&predicted.at(place), true));
         let there = there.filter(|e| e.flux_e >= 3.0 * e.budget.total());
         let Some(e) = there.or_else(|| extract(predicted, false)) else { return false };
-        if !joint && self.aperture_is_surer(&predicted.at(e.centre), &e.budget) {
+        // of its own image, the fit leaves out nothing that a sum would know
+        if !joint && !self.psf.own && self.aperture_is_surer(&predicted.at(e.centre), &e.budget) {
             return false;
         }
         self.take(row, &e);

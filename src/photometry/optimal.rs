@@ -10,6 +10,10 @@
 //! Each flux is a sum of pixels, `F = sum a_i d_i`, and a false image p' in place of p makes `F sum a_i p'_i` of it: this is how
 //! the doubt about the point spread function becomes an error.
 //!
+//! Where the source alone tells the point spread function, that error and the noise of the pixels are not independent: light that noise adds
+//! between core and wings makes the image wider and the flux larger. Each profile k of the posterior then gets its own flux F_k, which
+//! gives the flux of the joint posterior, sum w_k F_k, with the variance sum w_k (V_k + (F_k - F)^2).
+//!
 //! A place that is fitted too follows the noise: the fitted flux is too large by half a variance for each coordinate,
 //! `sigma^2 / F` in all (the maximum of a random surface; 0.2 sigma at a signal-to-noise ratio of 5), which is taken off.
 
@@ -46,6 +50,8 @@ pub struct Fitted {
     pub budget: Budget,
     /// Background \[e/px\] above bias.
     pub level_e: f64,
+    /// Scatter of the fluxes by the profiles of the posterior, where the source alone tells them \[e\].
+    pub doubt_e: Option<f64>,
     /// Share by each profile of the posterior, 1 for their mean.
     pub shares: Vec<f64>,
     /// Chi-square over degrees of freedom within the core.
@@ -173,6 +179,53 @@ impl Problem<'_> {
     }
 }
 
+/// Mean and scatter of the fluxes that the profiles of the posterior make of the same pixels, with the same weights.
+fn averaged(
+    problem: &Problem,
+    answer: &Answer,
+    psf: &Psf,
+    image: &PointImage,
+    source: &Segment,
+) -> Option<(f64, f64)> {
+    let places = problem.pixels.iter().map(|p| p.place).collect::<Vec<_>>();
+    let each = psf.each(image, source, &places);
+    let mut middle = vec![0.0; places.len()];
+    each.iter().for_each(|(weight, shares)| middle.iter_mut().zip(shares).for_each(|(m, s)| *m += weight * s));
+    let weights = (0..places.len())
+        .map(|i| if problem.kept[i] { 1.0 / problem.variance(&answer.fluxes, i) } else { 0.0 })
+        .collect::<Vec<_>>();
+    // the mean image's own light, that of neighbours left as it is
+    let others = |i: usize| -> f64 {
+        problem.shares.iter().zip(&answer.fluxes).skip(1).map(|(shares, flux)| shares[i] * flux).sum()
+    };
+    let light = problem.pixels.iter().enumerate().map(|(i, p)| p.value_e - others(i)).collect::<Vec<_>>();
+    let at_mean = over_a_level(&middle, &light, &weights);
+    let (mut mean, mut square) = (0.0, 0.0);
+    for (weight, shares) in &each {
+        let off = over_a_level(shares, &light, &weights) - at_mean;
+        if off.is_finite() {
+            mean += weight * off;
+            square += weight * off * off;
+        }
+    }
+    Some((answer.fluxes[0] + mean, (square - mean * mean).max(0.0).sqrt())).filter(|(flux, _)| flux.is_finite())
+}
+
+/// The flux of an image over a level, both fitted; NaN where they are not determined.
+fn over_a_level(shares: &[f64], light: &[f64], weights: &[f64]) -> f64 {
+    let [mut ss, mut s1, mut one, mut sy, mut y1] = [0.0; 5];
+    for ((s, y), w) in shares.iter().zip(light).zip(weights) {
+        let ws = w * s;
+        ss += ws * s;
+        s1 += ws;
+        one += w;
+        sy += ws * y;
+        y1 += w * y;
+    }
+    let determinant = ss * one - s1 * s1;
+    if determinant > 0.0 { (sy * one - s1 * y1) / determinant } else { f64::NAN }
+}
+
 /// The flux of `source` in a stamp, with its neighbours; none if the pixels do not determine it.
 pub fn flux(
     stamp: &Stamp,
@@ -190,7 +243,13 @@ pub fn flux(
     let kept = vec![true; pixels.len()];
     let mut problem = Problem { pixels, shares, expected, sky_variance: noise.total().max(1e-6), kept };
     let (answer, cosmic_rays) = problem.settle(core)?;
-    Some(described(&problem, &answer, psf, image, source, noise, cosmic_rays, core))
+    let mut fitted = described(&problem, &answer, psf, image, source, noise, cosmic_rays, core);
+    if psf.own
+        && let Some((flux_e, doubt_e)) = averaged(&problem, &answer, psf, image, source)
+    {
+        (fitted.flux_e, fitted.doubt_e) = (flux_e, Some(doubt_e));
+    }
+    Some(fitted)
 }
 
 #[allow(clippy::too_many_arguments)]
@@ -233,6 +292,7 @@ fn described(
         flux_e: answer.fluxes[0],
         budget,
         level_e: answer.level,
+        doubt_e: None,
         shares: psf.shares(&weights),
         chi2: chi2 / f64::max(freedom - n as f64, 1.0),
         spread_px: 1.0 / spread,

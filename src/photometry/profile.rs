@@ -73,17 +73,21 @@ impl Grid {
         vec![0.0; 2 * self.nodes.len()]
     }
 
+    /// The first of three nodes whose values, times these weights, make the value at `distance` \[px\].
+    pub fn stencil(&self, distance: f64) -> (usize, [f64; 3]) {
+        let start = self.ring(distance);
+        (start, quadratic(&self.nodes[start..start + 3], distance))
+    }
+
     /// The light of a point in a pixel `distance` \[px\] from it, for a profile on this grid \[1/px\].
     pub fn light(&self, profile: &[f64], distance: f64) -> f64 {
-        let start = self.ring(distance);
-        let basis = quadratic(&self.nodes[start..start + 3], distance);
+        let (start, basis) = self.stencil(distance);
         basis.iter().zip(profile.get(start..).unwrap_or_default()).map(|(b, p)| b * p).sum()
     }
 
     /// Adds to `weights` the light of a point in a pixel `distance` \[px\] from it that counts by `share`.
     pub fn add_pixel(&self, weights: &mut [f64], distance: f64, share: f64) {
-        let start = self.ring(distance);
-        let basis = quadratic(&self.nodes[start..start + 3], distance);
+        let (start, basis) = self.stencil(distance);
         weights[start..start + 3].iter_mut().zip(basis).for_each(|(w, b)| *w += share * b);
     }
 

@@ -239,7 +239,7 @@ impl<'a> Fit<'a> {
         let used: f64 = components.iter().map(|c| c.weight).sum();
         components.iter_mut().for_each(|c| c.weight /= used.max(1e-300));
         let (fwhm_px, shape) = (likeliest.2, likeliest.1);
-        Psf { grid: self.grid, components, fwhm_px, shape, trend: Trend::NONE, lens: DMat2::IDENTITY }
+        Psf { grid: self.grid, components, fwhm_px, shape, trend: Trend::NONE, lens: DMat2::IDENTITY, own: false }
     }
 }
 

@@ -10,7 +10,7 @@ use super::segment::Segment;
 use glam::DVec2;
 
 /// Radii tried \[FWHM\].
-const LADDER: [f64; 12] = [1.1, 1.3, 1.5, 1.7, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0, 5.0, 6.0];
+pub const LADDER: [f64; 12] = [1.1, 1.3, 1.5, 1.7, 2.0, 2.3, 2.6, 3.0, 3.5, 4.0, 5.0, 6.0];
 /// Least radius tried \[px\].
 const LEAST_RADIUS_PX: f64 = 1.8;
 

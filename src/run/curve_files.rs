@@ -82,7 +82,7 @@ pub fn csv(table: &Table) -> String {
         Values::Text(v) => v.get(row).map_or_else(String::new, |t| quoted(t)),
         Values::Bool(v) => v.get(row).map_or_else(String::new, ToString::to_string),
     };
-    let names = table.columns.iter().map(|c| c.name).collect::<Vec<_>>().join(",");
+    let names = table.columns.iter().map(|c| &*c.name).collect::<Vec<_>>().join(",");
     let row = |i: usize| table.columns.iter().map(|c| cell(&c.values, i)).collect::<Vec<_>>().join(",");
     let rows = (0..table.rows()).map(|i| row(i) + "\n").collect::<String>();
     format!("{names}\n{rows}")

@@ -1,203 +1,149 @@
-//! From a light curve to a shape: convex first, then, where the data tell that no convex body sends this light, boxes and panels.
+//! From light curves to a shape: the rotation and the material where they are not known, the convex body, then, where the data tell that no
+//! convex body sends this light, boxes and panels.
+//!
+//! Points more than five robust standard deviations from the best convex body are left out if they are few (Huber 1964 weighs them down in the fit
+//! that tells); where a convex body cannot explain the rest they are taken back, for they may be the shape's own.
+
+pub use super::shape_fault::InvertError;
+pub use super::shape_found::{Found, Model};
 
 use super::shape_data::Data;
-use crate::inversion::egi::{self, Curve, EgiError, Problem, ProblemError, Scale};
-use crate::inversion::minkowski;
-use crate::inversion::nonconvex::{self, Assembly, Call, NonconvexError, Renderer, Triangle, Verdict};
-use crate::inversion::sphere;
-use glam::DVec3;
+use super::shape_fault::LEAST;
+use super::shape_light::{FEWEST, light, stretches};
+use super::{shape_law, shape_methods, shape_pole};
+use crate::inversion::egi::{self, Curve, Problem, Scale};
+use crate::inversion::nonconvex::{self, Assembly, Call, NonconvexError};
+use crate::object::matter::Material;
 
 /// False alarms of the test for bodies that are not convex.
 pub const FALSE_ALARMS: f64 = 0.02;
-/// Fewer points are inverted without holding any back, or as boxes.
-const FEWEST: usize = 60;
+/// Robust standard deviations beyond which a point is an outlier.
+const OUTLIER: f64 = 5.0;
+/// Standard deviation over the median of absolute values, of a normal distribution.
+const MEDIAN: f64 = 1.4826;
+/// Greatest share of outliers.
+const FEW: f64 = 0.03;
+/// Residuals beyond so many sigma count linearly in the fit that tells outliers.
+const HUBER: f64 = 1.5;
 
-/// Which bodies are tried.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Model {
-    /// Convex; boxes and panels where the test says that it is not.
-    Auto,
-    /// Convex alone.
-    Convex,
-    /// Boxes and panels.
-    Nonconvex,
-}
-
-/// Why there is no shape.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum InvertError {
-    /// Data that cannot be.
-    #[error(transparent)]
-    Data(#[from] ProblemError),
-    /// The convex fit failed.
-    #[error(transparent)]
-    Convex(#[from] EgiError),
-    /// Boxes and panels failed.
-    #[error(transparent)]
-    Nonconvex(#[from] NonconvexError),
-    /// Boxes need a level.
-    #[error("boxes and panels need a calibrated curve: this one's level is not known")]
-    Relative,
-}
-
-/// A shape, and all that was found on the way.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// The extended Gaussian image.
-    pub convex: egi::Solution,
-    /// Its body, or why none has these facets.
-    pub body: Result<minkowski::Solution, minkowski::Fault>,
-    /// Whether a convex body can send this light; none where the level is not known.
-    pub verdict: Option<Verdict>,
-    /// Boxes and panels, where they were asked for or needed.
-    pub assembly: Option<Assembly>,
-    /// Reduced chi-square of the convex image at points that it was not fitted to; NaN where too few are there.
-    pub held_out: f64,
-    /// What each point should be by the shape, in the curve's unit.
-    pub model: Vec<f64>,
-}
-
-impl Found {
-    /// Whether the shape given is the convex one.
-    pub fn is_convex(&self) -> bool {
-        self.assembly.is_none()
-    }
-
-    /// Triangles of the shape, part by part; none if there is no body.
-    pub fn triangles(&self) -> Vec<Vec<Triangle>> {
-        match (&self.assembly, &self.body) {
-            (Some(assembly), _) => assembly.triangles(),
-            (None, Ok(body)) => {
-                let mesh = body.polytope.mesh();
-                let corner = |i: u32| mesh.vertices.get(i as usize).copied().unwrap_or_default();
-                vec![mesh.triangles().into_iter().map(|t| t.map(corner)).collect()]
-            }
-            (None, Err(_)) => Vec::new(),
-        }
-    }
-
-    /// Chi-square of the shape over its degrees of freedom.
-    pub fn chi2_reduced(&self) -> f64 {
-        self.assembly.as_ref().map_or(self.convex.chi2 / self.convex.dof, |a| a.chi2 / a.dof)
-    }
-
-    /// Standard deviation of the direction of the facet nearest to a normal \[rad\], and of its area, relative; none if no facet within
-    /// 10 deg is claimed.
-    pub fn certainty(&self, normal: DVec3) -> Option<(f64, f64)> {
-        let near = |e: &&egi::Estimate| e.claimed && sphere::angle(e.facet.normal, normal) < 10f64.to_radians();
-        let facets = self.convex.facets.iter().filter(near);
-        let best = facets.max_by(|a, b| a.facet.normal.dot(normal).total_cmp(&b.facet.normal.dot(normal)))?;
-        Some((best.direction_sd, best.area_sd / best.facet.area))
-    }
-
-    /// Whether a facet of this normal would send light to any point.
-    pub fn is_observed(&self, normal: DVec3) -> bool {
-        let near =
-            |a: &&egi::Direction, b: &&egi::Direction| a.normal.dot(normal).total_cmp(&b.normal.dot(normal));
-        self.convex.map.iter().max_by(near).is_none_or(|d| d.observed)
-    }
-}
-
-/// The shape behind a curve; `held_out` is the share of its points that test it.
+/// The shape behind the curves; `held_out` is the share of their points that tests it.
 ///
 /// # Errors
 /// [`InvertError`] for data that cannot be, or that show no light.
 pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertError> {
-    let problem = Problem::new(std::slice::from_ref(&data.curve))?;
-    let options = egi::Options::default();
-    let convex = egi::solve(&problem, &data.material, &options)?;
-    let body = convex.body();
-    let calibrated = matches!(data.curve.scale, Scale::Fixed(_));
-    let verdict = calibrated.then(|| nonconvex::test(&problem, &data.material, FALSE_ALARMS)).transpose()?;
-    let wanted = match model {
-        Model::Convex => false,
-        Model::Nonconvex if !calibrated => return Err(InvertError::Relative),
-        Model::Nonconvex => true,
-        Model::Auto => verdict.is_some_and(|v| v.call == Call::NonConvex) && problem.len() >= FEWEST,
-    };
-    let curve = &data.curve;
-    let assembly = wanted.then(|| {
-        let options = nonconvex::Options { held_out: held_out.clamp(0.05, 0.5), ..nonconvex::Options::default() };
-        nonconvex::assemble(&curve.directions, &curve.y, &curve.sigma, &data.material, &options)
-    });
-    let assembly = assembly.transpose()?;
-    let model = match &assembly {
-        Some(assembly) => {
-            let parts = assembly.parts.iter().map(|e| e.part).collect::<Vec<_>>();
-            let mut renderer = Renderer::default();
-            curve.directions.iter().map(|d| renderer.light(&parts, &data.material, *d, None)).collect()
-        }
-        None => predicted(&convex, data, &curve.directions),
-    };
-    let held_out = tested(data, held_out);
-    Ok(Found { convex, body, verdict, assembly, held_out, model })
-}
-
-/// What a solution predicts.
-fn predicted(solution: &egi::Solution, data: &Data, directions: &[(DVec3, DVec3)]) -> Vec<f64> {
-    let scale = solution.scales.first().copied().unwrap_or(1.0);
-    let epochs = crate::object::convex::Epochs::new(directions.iter().copied());
-    epochs.curve(&solution.image(), &data.material, 0.0).into_iter().map(|y| scale * y).collect()
-}
-
-/// Reduced chi-square at every n-th point of an image fitted to the others.
-fn tested(data: &Data, share: f64) -> f64 {
-    let curve = &data.curve;
-    if curve.y.len() < FEWEST || !(0.01..0.9).contains(&share) {
-        return f64::NAN;
+    let rotation = data.search.as_ref().map(|search| shape_pole::search(data, search)).transpose()?;
+    let all = rotation.as_ref().map_or_else(|| data.curves.clone(), |r| r.in_body_axes(data));
+    let whole = Problem::new(&all)?;
+    if whole.len() < LEAST {
+        return Err(InvertError::TooFew { points: whole.len(), all: data.points() + data.left_out.points() });
     }
-    let every = (1.0 / share).round().max(2.0) as usize;
-    let part = |held: bool| {
-        let kept = (0..curve.y.len()).filter(|i| (i % every == every / 2) == held).collect::<Vec<_>>();
-        let pick = |v: &[f64]| kept.iter().map(|i| v[*i]).collect::<Vec<_>>();
-        let directions = kept.iter().map(|i| curve.directions[*i]).collect();
-        Curve { y: pick(&curve.y), sigma: pick(&curve.sigma), directions, scale: curve.scale }
+    let law = data.fits_material.then(|| shape_law::fit(&whole, &data.material)).transpose()?;
+    let material = law.as_ref().map_or(&data.material, |l| &l.material);
+    let (mut curves, mut outlier, first) = without_outliers(&all, material, law.as_ref().map(|l| &l.solution))?;
+    let is_fixed = |c: &&Curve| matches!(c.scale, Scale::Fixed(_));
+    let test = |curves: &[Curve]| {
+        let fixed = curves.iter().filter(is_fixed).cloned().collect::<Vec<_>>();
+        let problem = if fixed.is_empty() { None } else { Some(Problem::new(&fixed)?) };
+        Ok::<_, InvertError>(problem.map(|p| nonconvex::test(&p, material, FALSE_ALARMS)).transpose()?)
     };
-    let (fitted, held) = (part(false), part(true));
-    let solution =
-        Problem::new(&[fitted]).ok().and_then(|p| egi::solve(&p, &data.material, &egi::Options::default()).ok());
-    let Some(solution) = solution else { return f64::NAN };
-    let model = predicted(&solution, data, &held.directions);
-    let pulls = held.y.iter().zip(&held.sigma).zip(model).map(|((y, s), m)| ((y - m) / s).powi(2));
-    let pulls = pulls.filter(|p| p.is_finite()).collect::<Vec<_>>();
-    pulls.iter().sum::<f64>() / pulls.len().max(1) as f64
+    let mut verdict = test(&curves)?;
+    if outlier.contains(&true) && verdict.is_some_and(|v| v.call == Call::NonConvex) {
+        (curves, outlier) = (all, vec![false; data.points()]);
+        verdict = test(&curves)?;
+    }
+    let problem = Problem::new(&curves)?;
+    let convex = match outlier.contains(&true) {
+        true => egi::solve(&problem, material, &egi::Options::default())?,
+        false => first,
+    };
+    let draft = (model == Model::Draft).then(|| shape_methods::draft(&problem, material)).transpose()?;
+    let body = match &draft {
+        Some(draft) => shape_methods::draft_body(&draft.facets),
+        None => convex.body().map_err(|why| why.to_string()).and_then(|exact| model.way().body(exact)),
+    };
+    let concave = verdict.is_some_and(|v| v.call == Call::NonConvex);
+    let folded =
+        draft.as_ref().filter(|_| concave).map(|_| nonconvex::baseline(&problem, material)).transpose()?;
+    let wanted = match model {
+        Model::Nonconvex if verdict.is_none() => return Err(InvertError::Relative),
+        Model::Nonconvex => true,
+        Model::Auto => concave && problem.len() >= FEWEST,
+        _ => false,
+    };
+    let assembly = wanted.then(|| assemble(&curves, material, held_out)).transpose()?;
+    let held = curves.iter().flat_map(|c| stretches(c.y.len(), held_out)).collect::<Vec<_>>();
+    let held =
+        if problem.len() < FEWEST || !(0.01..0.9).contains(&held_out) { vec![false; held.len()] } else { held };
+    let mut found = Found {
+        asked: model,
+        rotation,
+        law: None,
+        convex,
+        draft,
+        body,
+        verdict,
+        assembly,
+        folded,
+        held_out_chi2: f64::NAN,
+        held_out: held,
+        outlier,
+        model: Vec::new(),
+    };
+    light(&mut found, &curves, material);
+    found.law = law;
+    Ok(found)
+}
+
+/// The curves with outliers as gaps, which points these are, and the solution for all points: that of the law's fit where there is one, whose
+/// errors are those with the law among the unknowns.
+fn without_outliers(
+    curves: &[Curve],
+    material: &Material,
+    known: Option<&egi::Solution>,
+) -> Result<(Vec<Curve>, Vec<bool>, egi::Solution), InvertError> {
+    let problem = Problem::new(curves)?;
+    let count = curves.iter().map(|c| c.y.len()).sum::<usize>();
+    let beyond = |residual: &[f64]| {
+        let mut sizes = residual.iter().map(|z| z.abs()).collect::<Vec<_>>();
+        sizes.sort_by(f64::total_cmp);
+        let scale = (MEDIAN * sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)).max(1.0);
+        residual.iter().map(|z| z.abs() > OUTLIER * scale).collect::<Vec<_>>()
+    };
+    let first = match known {
+        Some(known) => known.clone(),
+        None => egi::solve(&problem, material, &egi::Options::default())?,
+    };
+    if !beyond(&first.residual).contains(&true) {
+        return Ok((curves.to_vec(), vec![false; count], first));
+    }
+    let robust = egi::Options { huber: Some(HUBER), ..egi::Options::default() };
+    let outlier = beyond(&egi::solve(&problem, material, &robust)?.residual);
+    let share = outlier.iter().filter(|o| **o).count() as f64 / count.max(1) as f64;
+    // gaps have no residual: curves of files have none
+    if outlier.len() != count || share > FEW {
+        return Ok((curves.to_vec(), vec![false; count], first));
+    }
+    let mut mark = outlier.iter();
+    let gaps = |curve: &Curve| {
+        let y = curve.y.iter().map(|y| if mark.next() == Some(&true) { f64::NAN } else { *y }).collect();
+        Curve { y, ..curve.clone() }
+    };
+    Ok((curves.iter().map(gaps).collect(), outlier, first))
+}
+
+/// Boxes and panels by the curves of known level.
+fn assemble(curves: &[Curve], material: &Material, held_out: f64) -> Result<Assembly, NonconvexError> {
+    let options = nonconvex::Options { held_out: held_out.clamp(0.05, 0.5), ..nonconvex::Options::default() };
+    let (mut y, mut sigma, mut directions) = (Vec::new(), Vec::new(), Vec::new());
+    for curve in curves {
+        let Scale::Fixed(scale) = curve.scale else { continue };
+        y.extend(curve.y.iter().map(|v| v / scale));
+        sigma.extend(curve.sigma.iter().map(|s| s / scale));
+        directions.extend_from_slice(&curve.directions);
+    }
+    nonconvex::assemble(&directions, &y, &sigma, material, &options)
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::inversion::synthetic::{Stream, cuboid, directions, noisy};
-    use crate::object::convex::Epochs;
-    use crate::object::matter::Material;
-
-    fn box_data(snr: f64) -> Data {
-        let mut stream = Stream::new(7);
-        let directions = directions(300, &mut stream);
-        let material = Material::lambert(0.3);
-        let clean =
-            Epochs::new(directions.iter().copied()).curve(&cuboid(DVec3::new(1.0, 2.0, 3.0)), &material, 0.0);
-        let (y, sigma) = noisy(&clean, snr, &mut stream);
-        let curve = Curve { y, sigma, directions, scale: Scale::Fixed(1.0) };
-        Data { time_s: vec![], curve, material, left_out: 0, told: vec![] }
-    }
-
-    /// A box 1:2:3 at SNR 30: six facets, volume within 5 %, not called concave, held-out points as good as their errors (within 4 of
-    /// chi-square's own).
-    #[test]
-    fn a_box_comes_back() {
-        let found = invert(&box_data(30.0), Model::Auto, 0.2).expect("a shape");
-        assert!(found.is_convex() && found.convex.facets.len() == 6, "{:?}", found.convex.verdict);
-        let body = found.body.as_ref().expect("a body");
-        assert!((body.polytope.volume() / 6.0 - 1.0).abs() < 0.05, "{}", body.polytope.volume());
-        assert!((found.held_out - 1.0).abs() < 4.0 * (2.0f64 / 60.0).sqrt(), "{}", found.held_out);
-        assert!(found.certainty(found.convex.facets[0].facet.normal).is_some() && found.is_observed(DVec3::Z));
-        assert_eq!(found.model.len(), 300);
-    }
-
-    #[test]
-    fn relative_curves_make_no_boxes() {
-        let mut data = box_data(30.0);
-        data.curve.scale = Scale::Free;
-        assert_eq!(invert(&data, Model::Nonconvex, 0.2).err(), Some(InvertError::Relative));
-    }
-}
+#[path = "invert_tests.rs"]
+mod tests;

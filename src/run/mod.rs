@@ -1,6 +1,7 @@
 //! A scene's output directory: what is written where, what is kept, what is refused.
 
 pub mod calibrate;
+pub mod campaign;
 pub mod curve_files;
 pub mod find;
 pub mod frames;
@@ -12,7 +13,15 @@ pub mod model_curve;
 pub mod periods;
 pub mod pointing;
 pub mod shape_data;
+pub mod shape_fault;
+pub mod shape_found;
+pub mod shape_law;
+pub mod shape_light;
+pub mod shape_methods;
 pub mod shape_outcome;
+pub mod shape_pole;
+mod shape_words;
+pub mod station_file;
 pub mod tables;
 
 use crate::io::atomic;
@@ -51,6 +60,9 @@ pub enum RunError {
     #[error(transparent)]
     Photometry(#[from] PhotometryError),
 }
+
+/// What is written of a shape.
+const SHAPE_FILES: [&str; 6] = ["shape.obj", "shape.mtl", "shape.svg", "shape.json", "fit.svg", "image.svg"];
 
 /// A scene's output directory, made ready.
 #[derive(Debug, Clone)]
@@ -113,11 +125,33 @@ impl OutputDir {
             "lightcurve.ecsv",
             "lightcurve.tdm",
             "lightcurve.svg",
+            "report.html",
         ] {
             remove_if_there(fs::remove_file(self.path.join(name)))?;
         }
         for name in ["frames", "planes", "stars", "previews", "regions", "inputs"] {
             remove_if_there(fs::remove_dir_all(self.path.join(name)))?;
+        }
+        self.clear_shapes()
+    }
+
+    /// Remove the shapes of an earlier run, which fewer or other frames may not tell again; of the folders in `shapes/` only what a
+    /// run writes there.
+    ///
+    /// # Errors
+    /// Whatever the file system says.
+    pub fn clear_shapes(&self) -> io::Result<()> {
+        let shapes = self.path.join("shapes");
+        let folders = fs::read_dir(&shapes).into_iter().flatten().flatten().map(|entry| entry.path());
+        let folders = folders.filter(|path| path.is_dir()).collect::<Vec<_>>();
+        for folder in [&self.path].into_iter().chain(&folders) {
+            for name in SHAPE_FILES {
+                remove_if_there(fs::remove_file(folder.join(name)))?;
+            }
+        }
+        // those that hold something else stay
+        for folder in folders.iter().chain([&shapes]) {
+            let _ = fs::remove_dir(folder);
         }
         Ok(())
     }

@@ -98,7 +98,7 @@ mod tests {
                 curve: 0,
             }
         };
-        let curves = vec![Curve { name: "A".into(), calibrated: true, reduced: false }];
+        let curves = vec![Curve { name: "A".into(), calibrated: true, reduced: false, session: false }];
         let mut file = CurveFile { rows: (0..200).map(row).collect(), curves, meta: Vec::new() };
         let counted = points(&file, 0);
         assert_eq!(counted.len(), 199);

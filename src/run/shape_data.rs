@@ -1,9 +1,12 @@
-//! What a light curve in a file is to an inversion: normalised irradiance with errors, directions to Sun and observer in body axes, and
+//! What light curves in files are to an inversion: normalised irradiance with errors, directions to Sun and observer in body axes, and
 //! what the faces are made of.
 //!
 //! A magnitude V at range r is the normalised irradiance `r^2 10^(-0.4 (V - V_sun))` \[m^2/sr\], V_sun = -26.76 that of the Sun at 1 au,
-//! times the square of the Sun's distance in au: what the object would send from 1 au. Attitude and material are the scene's,
-//! else those that the file's metadata tell, else body axes along the ICRS' and Lambert's law.
+//! times the square of the Sun's distance in au: what the object would send from 1 au. Attitude and material are those of the scene's
+//! `[inversion]`, else its target's, else those that the file's metadata tell, else body axes along the ICRS' and Lambert's law.
+//!
+//! Curves known up to a factor keep it free, each its own. Where no error is told it is 1e-4 of the mean for a computed curve, and for any
+//! other the scatter of neighbouring points: second differences have the variance 6 sigma^2 (von Neumann et al. 1941, Ann. Math. Stat. 12, 153).
 
 use super::RunError;
 use crate::astro::bodies::sun_from;
@@ -14,10 +17,11 @@ use crate::io::curve_file::{CurveFile, Row};
 use crate::object::matter::Material;
 use crate::photometry::flag;
 use crate::plan::planner::Planner;
-use crate::scene::{Brightness, Options, Scene, load_str};
+use crate::scene::{Attitude, Brightness, Law, Options, Scene, Turning, load_str};
 use crate::simulate::SimulateError;
 use glam::DVec3;
 use serde_json::Value as Json;
+use std::f64::consts::LN_10;
 
 /// V magnitude of the Sun at 1 au.
 const V_SUN: f64 = -26.76;
@@ -27,77 +31,274 @@ const SPOILT: u32 = flag::SATURATED | flag::BLOOMED | flag::EDGE | flag::TRAIL_C
 const EXACT: f64 = 1e-4;
 /// Speed of light \[km/s\].
 const LIGHT_KM_S: f64 = 299_792.458;
+/// Standard deviation over the median of absolute values, of a normal distribution.
+const MEDIAN: f64 = 1.4826;
 
-/// A curve ready to invert.
+/// What is taken for known.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Choice {
+    /// What the faces are made of.
+    pub brdf: Law,
+    /// How the object turns.
+    pub attitude: Turning,
+    /// Least and greatest sidereal period of a search for the pole \[s\]; none: about those that the scene and the light tell.
+    pub period_s: Option<(f64, f64)>,
+}
+
+impl Choice {
+    /// What a scene's `[inversion]` chooses; as the target is said to be without one.
+    pub fn of(scene: Option<&Scene>) -> Self {
+        let own = scene.map(|s| (s.inversion.brdf.clone(), s.inversion.attitude.clone()));
+        let (brdf, attitude) = own.unwrap_or((Law::AsTarget, Turning::AsTarget));
+        Self { brdf, attitude, period_s: None }
+    }
+}
+
+/// A search for pole and period.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Search {
+    /// Least and greatest period \[s\], where given.
+    pub range_s: Option<(f64, f64)>,
+    /// The period that the scene tells \[s\].
+    pub told_s: Option<f64>,
+}
+
+/// Points left out, by reason.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct LeftOut {
+    /// For their flags.
+    pub flagged: usize,
+    /// Without brightness, error or direction.
+    pub gaps: usize,
+    /// Exactly dark: in the Earth's shadow, or no side lit and seen.
+    pub dark: usize,
+}
+
+/// Curves ready to invert.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Time since the first point \[s\].
-    pub time_s: Vec<f64>,
-    /// The curve: normalised irradiance \[m^2/sr\] if its level is known.
-    pub curve: Curve,
-    /// What the faces are made of.
+    /// Time since the first point of all, of each curve \[s\]; when the light left the object.
+    pub time_s: Vec<Vec<f64>>,
+    /// The curves, in body axes, or in ICRS axes where the pole is sought: normalised irradiance \[m^2/sr\] where the level is known.
+    pub curves: Vec<Curve>,
+    /// Their names.
+    pub names: Vec<String>,
+    /// What the faces are made of, or, where it is sought, where its search begins.
     pub material: Material,
-    /// Points left out for their flags.
-    pub left_out: usize,
+    /// Whether the material is sought too.
+    pub fits_material: bool,
+    /// How the pole is sought; none where the attitude is known.
+    pub search: Option<Search>,
+    /// Whether areas are in m^2.
+    pub absolute: bool,
+    /// Whether all curves are computed ones, whose errors are but a floor.
+    pub computed: bool,
+    /// Points left out.
+    pub left_out: LeftOut,
     /// Where attitude and material come from, in words.
     pub told: Vec<String>,
 }
 
-/// The curve number `curve` of a file; `scene` and the name of a target in it tell attitude and material.
+impl LeftOut {
+    /// Their number.
+    pub fn points(&self) -> usize {
+        self.flagged + self.gaps + self.dark
+    }
+}
+
+impl Data {
+    /// Number of points.
+    pub fn points(&self) -> usize {
+        self.curves.iter().map(|c| c.y.len()).sum()
+    }
+}
+
+/// The curve number `curve` of a file, with what `scene` chooses.
 ///
 /// # Errors
-/// [`RunError::Usage`] for a curve without directions, an attitude that needs a scene, or a target that the scene does not have.
+/// As of [`all`].
 pub fn data(file: &CurveFile, curve: usize, scene: Option<&Scene>) -> Result<Data, RunError> {
+    all(&[(file, curve)], scene, &Choice::of(scene))
+}
+
+/// Curves by their file and number in it, of one object; a scene's target of the same name, else its first, tells attitude and material.
+///
+/// # Errors
+/// [`RunError::Usage`] for a curve without directions, an attitude that needs a scene, or materials that cannot be.
+pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice) -> Result<Data, RunError> {
     let usage = |text: String| RunError::Usage(text);
-    let known = file.curves.get(curve).ok_or_else(|| usage(format!("no curve {curve}")))?;
-    let all = file.rows.iter().filter(|r| r.curve == curve).collect::<Vec<_>>();
-    let rows = all.iter().copied().filter(|r| r.flags & SPOILT == 0 && r.flux.is_finite()).collect::<Vec<_>>();
-    let left_out = all.len() - rows.len();
-    let Some(first) = rows.first() else { return Err(usage(format!("{}: no usable point", known.name))) };
-    if let Some(row) = rows.iter().find(|r| !(r.sun.is_finite() && r.obs.is_finite())) {
-        return Err(usage(format!(
-            "{}, {} UTC: the directions to Sun and observer are not known; measure with --scene",
-            known.name,
-            row.time.iso_utc()
-        )));
+    let mut curves = Vec::new();
+    let mut left_out = LeftOut::default();
+    for &(file, number) in light {
+        let known = file.curves.get(number).ok_or_else(|| usage(format!("no curve {number}")))?;
+        let rows = usable(file, number, &mut left_out);
+        if rows.is_empty() {
+            let why = told_left_out(&left_out).unwrap_or_else(|| "it is empty".into());
+            return Err(usage(format!("{}: no usable point: {why}", known.name)));
+        }
+        if let Some(row) = rows.iter().find(|r| !(r.sun.is_finite() && r.obs.is_finite())) {
+            return Err(usage(format!(
+                "{}, {} UTC: the directions to Sun and observer are not known; measure with --scene",
+                known.name,
+                row.time.iso_utc()
+            )));
+        }
+        curves.push((file, known, rows));
     }
+    let Some((file, known, rows)) = curves.first() else { return Err(usage("no light curve".into())) };
+    let start = curves.iter().flat_map(|(.., rows)| rows).map(|r| r.time).min().unwrap_or(rows[0].time);
     let mut told = Vec::new();
-    let own = match scene {
+    let mut own = match scene {
         Some(scene) => Some(scene.clone()),
-        None => stand_in(file, &known.name, &first.time)?,
+        None => stand_in(file, &known.name, &rows[0].time, matches!(choice.attitude, Turning::Given(_)))?,
     };
     let from = if scene.is_some() { "the scene" } else { "the curve's metadata" };
     let target = own
         .as_ref()
         .and_then(|s| s.target.iter().position(|t| t.name == known.name).or((!s.target.is_empty()).then_some(0)));
-    let turned = target.zip(own.as_ref()).filter(|(k, s)| s.target[*k].attitude.is_some());
-    let directions = match turned {
-        Some((target, scene)) => {
-            told.push(format!("attitude: from {from}"));
-            in_body_axes(&rows, scene, target)?
-        }
-        None => {
-            told.push("attitude: not told; body axes are taken to be the ICRS'".into());
-            rows.iter().map(|r| (r.sun, r.obs)).collect()
-        }
+    let told_s = match own.as_ref().zip(target).and_then(|(s, k)| s.target[k].attitude.as_ref()) {
+        Some(Attitude::Spin { period_s, .. }) => Some(*period_s),
+        _ => None,
     };
-    let material = material(own.as_ref(), target, from, &mut told);
-    let calibrated = known.calibrated && rows.iter().all(|r| known.reduced || r.range_km > 0.0);
-    let level = |r: &Row| if calibrated { irradiance(r, known.reduced) } else { 1.0 };
-    let y = rows.iter().map(|r| r.flux * level(r)).collect::<Vec<_>>();
-    let floor = EXACT * y.iter().sum::<f64>().abs() / y.len() as f64;
-    let sigma = rows.iter().map(|r| (r.flux_err * level(r)).max(floor)).collect();
-    if !calibrated {
-        told.push("level: not known; areas are relative".into());
+    let search = (choice.attitude == Turning::ScanPole).then_some(Search { range_s: choice.period_s, told_s });
+    let mut from_attitude = from;
+    if let (Turning::Given(attitude), Some(scene), Some(k)) = (&choice.attitude, own.as_mut(), target) {
+        scene.target[k].attitude = Some((**attitude).clone());
+        from_attitude = "inversion.attitude";
     }
-    let scale = if calibrated { Scale::Fixed(1.0) } else { Scale::Free };
-    let time_s = rows.iter().map(|r| r.time.since(&first.time)).collect();
-    Ok(Data { time_s, curve: Curve { y, sigma, directions, scale }, material, left_out, told })
+    let turned = target.zip(own.as_ref()).filter(|(k, s)| search.is_none() && s.target[*k].attitude.is_some());
+    told.push(match (search, turned) {
+        (Some(_), _) => "attitude: sought, uniform rotation about a fixed pole".into(),
+        (None, Some(_)) => format!("attitude: from {from_attitude}"),
+        (None, None) => "attitude: not told; body axes are taken to be the ICRS'".to_owned(),
+    });
+    let material = match &choice.brdf {
+        Law::Given(keys) => {
+            let material = keys.material().map_err(|why| usage(format!("inversion.brdf: {why}")))?;
+            told.push(format!("material: {} from inversion.brdf", material.model.name()));
+            material
+        }
+        _ => material(own.as_ref(), target, from, &mut told),
+    };
+    let fits_material = choice.brdf == Law::Fit;
+    let mut data = Data {
+        time_s: Vec::new(),
+        curves: Vec::new(),
+        names: Vec::new(),
+        material,
+        fits_material,
+        search,
+        absolute: true,
+        computed: light.iter().all(|(file, _)| is_computed(file)),
+        left_out,
+        told,
+    };
+    for (file, known, rows) in &curves {
+        let directions = match turned {
+            Some((target, scene)) => in_body_axes(rows, scene, target, known.reduced)?,
+            None => rows.iter().map(|r| (r.sun, r.obs)).collect(),
+        };
+        let calibrated = known.calibrated && rows.iter().all(|r| known.reduced || r.range_km > 0.0);
+        // reduced intensities agree with each other, but their unit is the file's own
+        data.absolute &= calibrated && !known.reduced;
+        let level = |r: &Row| if calibrated && !known.reduced { irradiance(r) } else { 1.0 };
+        let y = rows.iter().map(|r| r.flux * level(r)).collect::<Vec<_>>();
+        let errors = rows.iter().map(|r| error(r) * level(r)).collect::<Vec<_>>();
+        let sigma = with_floor(&y, errors, is_computed(file), &known.name, &mut data.told);
+        let scale = if calibrated { Scale::Fixed(1.0) } else { Scale::Free };
+        let light_time_s = |r: &Row| if known.reduced { 0.0 } else { light_time_s(r) };
+        data.time_s.push(rows.iter().map(|r| r.time.since(&start) - light_time_s(r)).collect());
+        data.curves.push(Curve { y, sigma, directions, scale });
+        data.names.push(known.name.clone());
+    }
+    let free = data.curves.iter().filter(|c| c.scale == Scale::Free).count();
+    if free > 0 {
+        let of = if data.curves.len() > 1 {
+            format!(" of {free} curves of {}", data.curves.len())
+        } else {
+            String::new()
+        };
+        data.told.push(format!("level{of}: not known, a free factor each"));
+    }
+    if !data.absolute && data.curves.iter().all(|c| c.scale == Scale::Free || data.curves.len() == 1)
+        || free == data.curves.len()
+    {
+        data.told.push("areas are relative".into());
+    }
+    Ok(data)
+}
+
+/// The points of a curve that may tell of a shape; the others are counted.
+fn usable<'a>(file: &'a CurveFile, curve: usize, left_out: &mut LeftOut) -> Vec<&'a Row> {
+    let all = file.rows.iter().filter(|r| r.curve == curve).collect::<Vec<_>>();
+    let errors = all.iter().any(|r| r.flux_err > 0.0);
+    let mut kept = Vec::new();
+    for row in all {
+        if row.flags & SPOILT != 0 {
+            left_out.flagged += 1;
+        } else if !row.flux.is_finite()
+            || errors && !(row.flux_err > 0.0 && row.flux_err.is_finite()) && row.flux != 0.0
+        {
+            left_out.gaps += 1;
+        } else if row.flux == 0.0 {
+            left_out.dark += 1;
+        } else {
+            kept.push(row);
+        }
+    }
+    kept
+}
+
+/// Points left out, in words; none if there are none.
+pub fn told_left_out(left_out: &LeftOut) -> Option<String> {
+    let all = [
+        (left_out.flagged, "for their flags"),
+        (left_out.gaps, "without brightness or error"),
+        (left_out.dark, "exactly dark (in the Earth's shadow, or no side lit and seen)"),
+    ];
+    let words = all.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
+    let words = words.collect::<Vec<_>>();
+    (!words.is_empty()).then(|| format!("points left out: {}", words.join(", ")))
+}
+
+/// Whether a file says that its curves are computed.
+fn is_computed(file: &CurveFile) -> bool {
+    file.meta.iter().any(|(key, value)| key == "origin" && value == "model")
+}
+
+/// Errors with their floor; of a curve without any, those of a computed one or the scatter of neighbours.
+fn with_floor(y: &[f64], mut errors: Vec<f64>, computed: bool, name: &str, told: &mut Vec<String>) -> Vec<f64> {
+    let floor = EXACT * y.iter().sum::<f64>().abs() / y.len().max(1) as f64;
+    let floor = if floor > 0.0 { floor } else { EXACT * y.iter().map(|v| v.abs()).fold(1e-25, f64::max) };
+    if !computed && !errors.iter().any(|e| *e > 0.0) {
+        let scatter = scatter(y).max(floor);
+        told.push(format!("{name}: errors not told; {scatter:.2e} from the scatter of neighbouring points"));
+        errors.fill(scatter);
+    }
+    errors.iter().map(|e| e.max(floor)).collect()
+}
+
+/// Noise of a curve whose neighbouring points are alike.
+fn scatter(y: &[f64]) -> f64 {
+    let mut second = y.windows(3).map(|w| (w[0] - 2.0 * w[1] + w[2]).abs()).collect::<Vec<_>>();
+    second.sort_by(f64::total_cmp);
+    MEDIAN * second.get(second.len() / 2).copied().unwrap_or(0.0) / 6f64.sqrt()
+}
+
+fn light_time_s(row: &Row) -> f64 {
+    if row.range_km.is_finite() { row.range_km / LIGHT_KM_S } else { 0.0 }
+}
+
+/// Standard error of a point in its flux's unit: the magnitude's, which has the zero point's and scintillation's share besides the flux's own;
+/// the flux's own where there is no magnitude.
+fn error(row: &Row) -> f64 {
+    let of_magnitude = row.flux.abs() * row.mag_err * (LN_10 / 2.5);
+    if of_magnitude > 0.0 && of_magnitude.is_finite() { of_magnitude } else { row.flux_err }
 }
 
 /// Normalised irradiance of unit flux \[m^2/sr\].
-fn irradiance(row: &Row, reduced: bool) -> f64 {
-    let range_m = if reduced { 1.0 } else { row.range_km * 1e3 };
+fn irradiance(row: &Row) -> f64 {
+    let range_m = row.range_km * 1e3;
     // seen from the Earth's centre: the station's place there changes the Sun's distance by less than 5e-5
     let place = if row.range_km.is_finite() { -row.obs * row.range_km * 1e3 } else { DVec3::ZERO };
     let sun_au = sun_from(&row.time, place).length() / AU_M;
@@ -105,10 +306,15 @@ fn irradiance(row: &Row, reduced: bool) -> f64 {
 }
 
 /// Directions as the body sees them, when the light left it.
-fn in_body_axes(rows: &[&Row], scene: &Scene, target: usize) -> Result<Vec<(DVec3, DVec3)>, RunError> {
+fn in_body_axes(
+    rows: &[&Row],
+    scene: &Scene,
+    target: usize,
+    reduced: bool,
+) -> Result<Vec<(DVec3, DVec3)>, RunError> {
     let planner = Planner::new(scene).map_err(SimulateError::from)?;
     let one = |row: &&Row| {
-        let light_time_s = if row.range_km.is_finite() { row.range_km / LIGHT_KM_S } else { 0.0 };
+        let light_time_s = if reduced { 0.0 } else { light_time_s(row) };
         let attitude = planner.attitude_at(target, &row.time, light_time_s).map_err(SimulateError::from)?;
         let turned = |v: DVec3| attitude.as_ref().map_or(v, |q| q.to_body(v));
         Ok((turned(row.sun), turned(row.obs)))
@@ -116,14 +322,14 @@ fn in_body_axes(rows: &[&Row], scene: &Scene, target: usize) -> Result<Vec<(DVec
     rows.iter().map(one).collect()
 }
 
-/// A scene of one object that has the attitude and the material of the file's metadata; none if they tell neither.
-fn stand_in(file: &CurveFile, name: &str, start: &Instant) -> Result<Option<Scene>, RunError> {
+/// A scene of one object that has the attitude and the material of the file's metadata; none if they tell neither, unless `always`.
+fn stand_in(file: &CurveFile, name: &str, start: &Instant, always: bool) -> Result<Option<Scene>, RunError> {
     let of = |key: &str| -> Option<Json> {
         let text = file.meta.iter().find(|(k, _)| k == key).map(|(_, v)| v)?;
         serde_json::from_str::<Json>(text).ok()?.get(name).cloned()
     };
     let (attitude, brdf) = (of("attitude"), of("brdf"));
-    if attitude.is_none() && brdf.is_none() {
+    if attitude.is_none() && brdf.is_none() && !always {
         return Ok(None);
     }
     let mut text = format!(
@@ -176,12 +382,14 @@ fn material(scene: Option<&Scene>, target: Option<usize>, from: &str, told: &mut
     match painted.first() {
         Some((group, _, first)) => {
             let several = painted.iter().any(|(_, _, m)| *m != *first);
-            let of = if several {
-                format!(", that of {group} for all faces, though others differ")
-            } else {
-                String::new()
-            };
-            told.push(format!("material: {} from {from}{of}", first.model.name()));
+            told.push(format!("material: {} from {from}", first.model.name()));
+            if several {
+                let groups = painted.len();
+                told.push(format!(
+                    "warning: the target has {groups} groups of faces that differ, but a shape is found with one law: that of {group}; \
+                     areas of the others are off by the ratio of their albedos, and glints by more; [inversion] brdf sets another"
+                ));
+            }
             (*first).clone()
         }
         None => Material::lambert(1.0),

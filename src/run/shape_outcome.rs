@@ -1,8 +1,10 @@
 //! What is written of a shape: the mesh with its uncertainty, `shape.json`, and the summary that a person reads.
 
-use super::invert::{Found, Model};
+use super::invert::Found;
 use super::shape_data::Data;
-use crate::inversion::egi::Verdict;
+use super::shape_pole::Rotation;
+pub use super::shape_words::{Errors, summary};
+use super::shape_words::{claims, sky};
 use crate::inversion::nonconvex::metrics::{aligned, bulk, distance, intersection_over_union};
 use crate::inversion::nonconvex::{Call, Triangle};
 use crate::io::shape_file::{Body, Face, Uncertainty};
@@ -16,24 +18,12 @@ const ALIGNED: usize = 1 << 17;
 /// Points on surfaces for distances.
 const POINTS: usize = 4000;
 
-/// How a shape differs from the true one.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
-    /// Volume of what both hold over that of what one holds.
-    pub iou: f64,
-    /// Largest distance of the surfaces over the diagonal.
-    pub hausdorff: f64,
-    /// Mean distance over the diagonal.
-    pub chamfer: f64,
-    /// Volume over the true one.
-    pub volume_ratio: f64,
-}
-
-/// Against the true triangles, part by part, after laying one on the other without turning it; none without a shape.
+/// Against the true triangles, part by part, after laying one on the other without turning it; none without a shape, or where the
+/// pole was sought: the body's axes are then its own.
 pub fn errors(found: &Found, truth: &[Vec<Triangle>]) -> Option<Errors> {
     let own = found.triangles();
     let volume = |parts: &[Vec<Triangle>]| bulk(parts, COLUMNS).volume;
-    if own.is_empty() || truth.is_empty() {
+    if own.is_empty() || truth.is_empty() || found.rotation.is_some() {
         return None;
     }
     let own = aligned(truth, &own, ALIGNED);
@@ -47,8 +37,8 @@ pub fn errors(found: &Found, truth: &[Vec<Triangle>]) -> Option<Errors> {
 }
 
 /// The mesh with what is known of each face; none if there is no body.
-pub fn body(found: &Found) -> Option<Body> {
-    let relative = !found.convex.calibrated;
+pub fn body(found: &Found, data: &Data) -> Option<Body> {
+    let relative = is_relative(found, data);
     if let Some(assembly) = &found.assembly {
         let mesh = assembly.mesh();
         let uncertainty = |part: usize| {
@@ -66,6 +56,16 @@ pub fn body(found: &Found) -> Option<Body> {
             faces: mesh.faces.iter().map(face).collect(),
             relative,
         });
+    }
+    if !found.is_convex() {
+        let triangles = found.triangles();
+        let vertices = triangles.iter().flatten().flatten().copied().collect::<Vec<_>>();
+        let face = |k: usize| Face {
+            corners: vec![3 * k, 3 * k + 1, 3 * k + 2],
+            part: 0,
+            uncertainty: Uncertainty::Unclaimed,
+        };
+        return Some(Body { faces: (0..vertices.len() / 3).map(face).collect(), vertices, relative });
     }
     let polytope = &found.body.as_ref().ok()?.polytope;
     let face = |(facet, normal): (usize, DVec3)| {
@@ -103,16 +103,38 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
         json!({ "n_parts": a.parts.len(), "chi2": a.chi2, "volume_m3": a.volume, "chamfer": a.chamfer,
             "panels": a.panels.iter().map(|(n, area)| json!({ "normal": n.to_array(), "area_m2": area })).collect::<Vec<_>>() })
     };
+    let plain = |f: &crate::object::convex::Facet| {
+        json!({ "normal": f.normal.to_array(), "area_m2": f.area, "area_sd_m2": null, "direction_sd_deg": null,
+            "split_probability": null, "claimed": false })
+    };
+    let facets = match &found.draft {
+        Some(draft) => draft.facets.iter().map(plain).collect::<Vec<_>>(),
+        None => convex.facets.iter().map(facet).collect(),
+    };
+    let held = found.held_out.iter().filter(|h| **h).count();
     json!({
+        "model": found.asked.name(),
         "chi2_reduced": number(found.chi2_reduced()),
-        "held_out_chi2_reduced": number(found.held_out),
+        "held_out_chi2_reduced": number(found.held_out_chi2),
+        "held_out": { "points": held, "stretches": runs(&found.held_out) },
+        "body": match &found.body {
+            Ok(b) => json!({ "method": b.method, "converged": b.converged, "iterations": b.iterations, "evaluations": b.evaluations,
+                "area_residual": number(b.residual), "facets_lost": b.lost, "fault": null }),
+            Err(why) => json!({ "method": null, "converged": false, "fault": why }),
+        },
+        "rotation": found.rotation.as_ref().map(rotation),
+        "brdf": brdf(found, data),
+        "curves": curves(found, data),
         "convex": found.is_convex(),
         "n_parts": found.assembly.as_ref().map_or(1, |a| a.parts.len()),
-        "points": data.curve.y.len(), "left_out": data.left_out, "outliers": convex.outliers,
+        "points": data.points(),
+        "left_out": { "flagged": data.left_out.flagged, "gaps": data.left_out.gaps, "dark": data.left_out.dark,
+            "outliers": found.outlier.iter().filter(|o| **o).count() },
+        "beyond_3_sigma": convex.outliers,
         "snr": number(convex.snr), "effective_rank": convex.rank,
-        "relative": !convex.calibrated,
-        "facets": convex.facets.iter().map(facet).collect::<Vec<_>>(),
-        "claims": claims(found),
+        "relative": is_relative(found, data),
+        "facets": facets,
+        "claims": claims(found, data),
         "certificate_sigma": number(convex.certificate), "certificate_threshold_sigma": number(convex.threshold),
         "unobserved_fraction": convex.unobserved,
         "closure_defect": convex.defect.length(), "closure_defect_sd": number(convex.defect_sd),
@@ -122,6 +144,10 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
         })),
         "parts": found.assembly.as_ref().map(|a| a.parts.iter().map(part).collect::<Vec<_>>()),
         "alternatives": found.assembly.as_ref().map(|a| a.alternatives.iter().map(rival).collect::<Vec<_>>()),
+        "concavity": found.folded.as_ref().map(|f| json!({
+            "direction": f.direction.to_array(), "angle_deg": f.best.angle.to_degrees(), "chi2": f.best.chi2,
+            "scan": f.scan.iter().map(|s| json!({ "angle_deg": s.angle.to_degrees(), "chi2": s.chi2 })).collect::<Vec<_>>(),
+        })),
         "errors": errors.map(|e| json!({
             "iou": e.iou, "hausdorff": e.hausdorff, "chamfer": e.chamfer, "volume_ratio": e.volume_ratio,
         })),
@@ -129,87 +155,75 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
     })
 }
 
+/// Whether areas are known but for a factor.
+pub fn is_relative(found: &Found, data: &Data) -> bool {
+    !(found.convex.calibrated && data.absolute)
+}
+
+/// First and last number of every run of marked points.
+fn runs(marked: &[bool]) -> Vec<[usize; 2]> {
+    let mut out: Vec<[usize; 2]> = Vec::new();
+    for (k, _) in marked.iter().enumerate().filter(|(_, m)| **m) {
+        match out.last_mut().filter(|run| run[1] + 1 == k) {
+            Some(run) => run[1] = k,
+            None => out.push([k, k]),
+        }
+    }
+    out
+}
+
+fn rotation(rotation: &Rotation) -> Json {
+    let least = rotation.best().map_or(f64::NAN, |m| m.solution.chi2);
+    let minimum = |m: &crate::inversion::pole::Minimum| {
+        let (ra, dec) = sky(m.pole);
+        json!({
+            "pole": m.pole.to_array(), "ra_deg": ra, "dec_deg": dec, "pole_sd_deg": number(m.sd[0].hypot(m.sd[1]).to_degrees()),
+            "period_s": m.period, "period_sd_s": number(m.sd[2]), "chi2": number(m.solution.chi2),
+            "chi2_above_best": number(m.solution.chi2 - least), "chi2_reduced": number(m.solution.reduced()),
+            "n_facets": m.solution.facets.len(), "from_alias": m.alias,
+        })
+    };
+    json!({
+        "minima": rotation.found.minima.iter().map(minimum).collect::<Vec<_>>(),
+        "refined": rotation.found.refined, "poles": rotation.found.map.len(),
+        "periods": { "least_s": rotation.tried.0, "greatest_s": rotation.tried.1, "count": rotation.tried.2, "from": rotation.from },
+    })
+}
+
+fn brdf(found: &Found, data: &Data) -> Json {
+    match &found.law {
+        Some(law) => json!({
+            "law": law.material.model.name(), "fitted": true,
+            "specular_fraction": law.specular_fraction.0, "specular_fraction_sd": number(law.specular_fraction.1),
+            "exponent": law.exponent.0, "exponent_sd": number(law.exponent.1), "exponent_told": law.tells_exponent(),
+            "albedo_held": law.albedo,
+        }),
+        None => json!({
+            "law": data.material.model.name(), "fitted": false, "diffuse": data.material.diffuse,
+            "specular": data.material.specular, "exponent": data.material.exponent, "roughness": data.material.roughness,
+        }),
+    }
+}
+
+/// Every curve with its scale and its chi-square by the shape.
+fn curves(found: &Found, data: &Data) -> Vec<Json> {
+    let mut first = 0;
+    let one = |(k, (curve, name)): (usize, (&crate::inversion::egi::Curve, &String))| {
+        let range = first..first + curve.y.len();
+        first = range.end;
+        let pulls =
+            range.zip(curve.y.iter().zip(&curve.sigma)).filter(|(i, _)| found.outlier.get(*i) != Some(&true));
+        let pulls =
+            pulls.filter_map(|(i, (y, s))| Some(((y - found.model.get(i)?) / s).powi(2))).collect::<Vec<_>>();
+        json!({
+            "name": name, "points": curve.y.len(), "scale_free": curve.scale == crate::inversion::egi::Scale::Free,
+            "scale": found.convex.scales.get(k).map(|s| number(*s)),
+            "chi2_per_point": number(pulls.iter().sum::<f64>() / pulls.len().max(1) as f64),
+        })
+    };
+    data.curves.iter().zip(&data.names).enumerate().map(one).collect()
+}
+
 fn number(value: f64) -> Json {
     serde_json::Number::from_f64(value).map_or(Json::Null, Json::Number)
-}
-
-/// What may be said of the shape, sentence by sentence.
-fn claims(found: &Found) -> Vec<String> {
-    let convex = &found.convex;
-    let mut said = Vec::new();
-    let claimed = convex.facets.iter().filter(|e| e.claimed).count();
-    said.push(match convex.verdict {
-        Verdict::Facets => format!("{claimed} of {} facets are claimed", convex.facets.len()),
-        Verdict::Smooth { .. } => "no facet is claimed: a smooth body explains the light as well".into(),
-        Verdict::Endless { .. } | Verdict::Unresolved { .. } => {
-            "no facet is claimed: the light does not tell them apart".into()
-        }
-        Verdict::Dark => "no light".into(),
-    });
-    if let Err(why) = &found.body {
-        said.push(format!("no convex body: {why}"));
-    }
-    match &found.verdict {
-        Some(v) if v.call == Call::NonConvex => said.push(format!(
-            "not convex: no convex body sends this light (residual floor {:.2} %, closure open by {:.1} standard deviations)",
-            100.0 * v.floor,
-            v.defect_sigmas
-        )),
-        Some(v) => said.push(format!(
-            "convex bodies explain the light; a concavity that takes {:.1} % of it would have been found",
-            100.0 * v.floor_found
-        )),
-        None => {}
-    }
-    if let Some(assembly) = &found.assembly {
-        said.push(format!("{} boxes or panels explain it", assembly.parts.len()));
-        for panel in assembly.parts.iter().filter_map(|e| e.panel.as_ref()) {
-            said.push(format!(
-                "a panel of {:.2} +- {:.2} m2, its normal known to {:.2} deg",
-                panel.area,
-                panel.area_sd,
-                panel.normal_sd.to_degrees()
-            ));
-        }
-        if !assembly.alternatives.is_empty() {
-            said.push(format!("{} other assemblies explain it as well", assembly.alternatives.len()));
-        }
-    }
-    if convex.unobserved > 0.01 {
-        said.push(format!("{:.0} % of the directions were never lit and seen", 100.0 * convex.unobserved));
-    }
-    said
-}
-
-/// The summary of a shape, line by line.
-pub fn summary(found: &Found, data: &Data, asked: Model, errors: Option<&Errors>) -> Vec<String> {
-    let mut lines = data.told.clone();
-    if data.left_out > 0 {
-        lines.push(format!("{} points left out for their flags", data.left_out));
-    }
-    lines.push(format!(
-        "{} points, signal-to-noise ratio {:.0}: the light tells {} numbers",
-        data.curve.y.len(),
-        found.convex.snr,
-        found.convex.rank
-    ));
-    lines.extend(claims(found));
-    let kind = if found.is_convex() { "convex" } else { "boxes and panels" };
-    let chi2 = format!("{kind}: chi-square {:.2} a degree of freedom", found.chi2_reduced());
-    let held = if found.held_out.is_finite() {
-        format!(", {:.2} at points held out", found.held_out)
-    } else {
-        String::new()
-    };
-    lines.push(chi2 + &held);
-    if asked == Model::Auto && found.is_convex() && found.verdict.is_some_and(|v| v.call == Call::NonConvex) {
-        lines.push("too few points for boxes and panels: the shape given is the convex one".into());
-    }
-    if let Some(e) = errors {
-        lines.push(format!(
-            "against the truth: volumes in common {:.3}, {:.3} of its volume, surfaces {:.4} of the diagonal apart on average, {:.3} at most",
-            e.iou, e.volume_ratio, e.chamfer, e.hausdorff
-        ));
-    }
-    lines
 }

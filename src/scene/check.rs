@@ -117,12 +117,9 @@ impl<'a> Checker<'a> {
         value
     }
 
-    /// A table with the keys of `schema` where a word could stand; all of its keys are optional.
+    /// A table with the keys of `schema` where a word could stand.
     fn stand_in(&mut self, entries: &Entries, place: &Place, schema: &str, path: &str) -> toml::Value {
-        let was_quiet = std::mem::replace(&mut self.quiet, true);
-        let table = self.table(Some(entries), place, schema, path);
-        self.quiet = was_quiet;
-        table.into()
+        self.table(Some(entries), place, schema, path).into()
     }
 
     fn leaf(

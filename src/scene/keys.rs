@@ -230,12 +230,12 @@ pub(super) static KEYS: &[Key] = &[
     key("photometry.min_stars", Int(1, 1_000_000), "", Is("5"), "fewer: zero point borrowed from neighbours in time, flagged"),
 
     table("inversion", Section, "how shapes are sought in light curves"),
-    key("inversion.enabled", Flag, "", Is("false"), "whether `run` goes on to the shape").later(),
+    key("inversion.enabled", Flag, "", Is("false"), "whether `run` goes on to the shapes of the targets that have one"),
     key("inversion.model", Word(MODELS, &[]), "", Is("\"auto\""), "method"),
     key("inversion.brdf", WordOrTable(&["as-target", "fit"], "target[].material"), "", Is("\"as-target\""), "or a table as [target.material]"),
     key("inversion.attitude", WordOrTable(&["as-target", "scan-pole"], "target[].attitude"), "", Is("\"as-target\""), "or a table as [target.attitude]"),
     key("inversion.truth", Path, "", Optional("\"shapes/boxwing.obj\""), "only compared with"),
-    key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs").later(),
+    key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs kept from the fit to test it, in stretches of time; 0 = none"),
 
     table("accuracy", Section, "tolerances; every one has a measured default"),
     key("accuracy.omit", Real(0.0, 1.0), "", Is("0.01"), "a source below this share of a pixel's noise is left out"),
@@ -252,7 +252,7 @@ pub(super) static KEYS: &[Key] = &[
     key("output.crop", Crop, "px", Is("\"none\""), "the part of each frame that is written"),
     key("output.crop_px", Int(1, 65_536), "px", Is("256"), "side, with crop = \"target\""),
     key("output.full_every", Int(0, COUNT), "", Is("0"), "with crops: every n-th frame whole, from 0 on; 0 = none"),
-    key("output.report", Flag, "", Is("true"), "whether report.html is written; not in this version"),
+    key("output.report", Flag, "", Is("true"), "whether `run` ends with report.html, one page of all it wrote"),
 ];
 
 /// The keys of one table, in order.

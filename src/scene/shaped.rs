@@ -157,7 +157,11 @@ pub(super) fn table_of<'a>(targets: &'a mut [Target], key: &str) -> Option<&'a m
 }
 
 impl MaterialKeys {
-    fn material(&self) -> Result<Material, String> {
+    /// The material that the keys tell of.
+    ///
+    /// # Errors
+    /// Files that cannot be read, names and numbers that no material has, in words.
+    pub fn material(&self) -> Result<Material, String> {
         let name = match &self.brdf {
             Table::File(path) => {
                 let text = std::fs::read_to_string(path).map_err(|why| format!("{}: {why}", path.display()))?;

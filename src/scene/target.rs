@@ -284,11 +284,18 @@ pub(super) fn load_files(targets: &mut [Target]) -> Result<(), String> {
             }
             _ => {}
         }
-        if let Some(Attitude::Table { file, rows }) = &mut target.attitude
-            && let Profile::Table(own) = Profile::table(&read(file)?).map_err(|e| e.to_string())?
-        {
-            *rows = own;
-        }
+        target.attitude.as_mut().map_or(Ok(()), load_attitude)?;
+    }
+    Ok(())
+}
+
+/// Reads the rows of a table of attitudes; the error is its file, or what is wrong with it.
+pub(super) fn load_attitude(attitude: &mut Attitude) -> Result<(), String> {
+    if let Attitude::Table { file, rows } = attitude
+        && let Profile::Table(own) =
+            Profile::table(&text_of(file).map_err(|_| file.display().to_string())?).map_err(|e| e.to_string())?
+    {
+        *rows = own;
     }
     Ok(())
 }

@@ -5,7 +5,7 @@ use toml::{Table as Plain, Value};
 use super::field::{Field, Section, get, inner, integer, put};
 use super::instrument::{Detector, Psf, Station, Table, Telescope};
 use super::shaped::table_of;
-use super::target::{load_files, path_of};
+use super::target::{load_attitude, load_files, path_of};
 use super::types::*;
 use super::value::epoch;
 use crate::base::accuracy::Accuracy;
@@ -35,7 +35,6 @@ section!(PlanLimits "plan": min_el_deg max_sun_el_deg min_moon_sep_deg sunlit li
 section!(Sky "sky": airglow pollution twilight starlight moonlight zodiacal f107_sfu tilt);
 section!(Stars "stars": enabled catalog synthetic limit_mag_v random_count random_mag_v random_seed);
 section!(Photometry "photometry": method aperture_px search_px background_px min_stars);
-section!(Inversion "inversion": enabled model held_out);
 section!(Accuracy "accuracy": omit brightness sky psf trail_px position_mas);
 section!(Output "output": format planes star_table crop crop_px full_every report);
 
@@ -123,6 +122,55 @@ impl Section for Pointing {
     }
 }
 
+impl Section for Inversion {
+    fn read(table: &Plain) -> Result<Self, String> {
+        let word = |name: &str| table.get(name).and_then(Value::as_str);
+        let own = |name: &str| table.get(name).and_then(Value::as_table);
+        let inside = |name: &'static str| move |key: String| format!("{name}.{key}");
+        Ok(Self {
+            enabled: get(table, "enabled")?,
+            model: get(table, "model")?,
+            brdf: match (own("brdf"), word("brdf")) {
+                (Some(keys), _) => Law::Given(Box::new(MaterialKeys::read(keys).map_err(inside("brdf"))?)),
+                (None, Some("fit")) => Law::Fit,
+                _ => Law::AsTarget,
+            },
+            attitude: match (own("attitude"), word("attitude")) {
+                (Some(keys), _) => Turning::Given(Box::new(Attitude::read(keys).map_err(inside("attitude"))?)),
+                (None, Some("scan-pole")) => Turning::ScanPole,
+                _ => Turning::AsTarget,
+            },
+            truth: word("truth").map(Into::into),
+            held_out: get(table, "held_out")?,
+        })
+    }
+
+    /// The rest stands in the table as it was checked.
+    fn write(&self, table: &mut Plain) {
+        put(table, "inversion", "enabled", &self.enabled);
+        put(table, "inversion", "model", &self.model);
+        put(table, "inversion", "held_out", &self.held_out);
+    }
+}
+
+impl Inversion {
+    /// Take in a file that one of its keys names.
+    fn take(&mut self, input: &InputFile) -> Result<(), String> {
+        match (input.key.as_str(), &mut self.brdf, &mut self.attitude) {
+            ("inversion.truth", ..) => self.truth = Some(input.path.clone()),
+            ("inversion.brdf.brdf", Law::Given(keys), _) => keys.brdf = Table::File(input.path.clone()),
+            ("inversion.attitude.file", _, Turning::Given(attitude)) => {
+                if let Attitude::Table { file, .. } = &mut **attitude {
+                    file.clone_from(&input.path);
+                }
+                load_attitude(attitude)?;
+            }
+            _ => {}
+        }
+        Ok(())
+    }
+}
+
 impl Section for Exposures {
     fn read(table: &Plain) -> Result<Self, String> {
         let time = table.get("start").and_then(Value::as_datetime).ok_or("start")?;
@@ -202,6 +250,7 @@ pub(super) fn read(table: Plain, inputs: Vec<InputFile>) -> Result<Scene, String
         if input.key == "telescope.psf" {
             scene.telescope.psf = Psf::Image(input.path.clone());
         }
+        scene.inversion.take(input)?;
         if let Some(path) = path_of(&mut scene.target, &input.key) {
             path.clone_from(&input.path);
         }
@@ -224,6 +273,20 @@ fn named_table<'a>(scene: &'a mut Scene, key: &str) -> Option<&'a mut Table> {
         "detector.qe" => Some(&mut scene.detector.qe),
         "stars.catalog" => Some(&mut scene.stars.catalog),
         _ => None,
+    }
+}
+
+/// Put the name of a file at a place below a table.
+fn rename(table: &mut Plain, place: &str, name: String) {
+    match place.split_once('.') {
+        Some((outer, inner)) => {
+            if let Some(Value::Table(own)) = table.get_mut(outer) {
+                rename(own, inner, name);
+            }
+        }
+        None => {
+            table.insert(place.into(), name.into());
+        }
     }
 }
 
@@ -251,6 +314,9 @@ pub(super) fn write(scene: &Scene, file: impl Fn(&InputFile) -> String) -> Plain
     part("output", &|own| scene.output.write(own));
     let mut copy = scene.clone();
     for input in &scene.inputs {
+        if let Some(place) = input.key.strip_prefix("inversion.") {
+            part("inversion", &|own| rename(own, place, file(input)));
+        }
         if let Some(path) = path_of(&mut copy.target, &input.key).filter(|path| **path == input.path) {
             *path = file(input).into();
         }

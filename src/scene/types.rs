@@ -437,8 +437,36 @@ pub struct Inversion {
     pub enabled: bool,
     /// Method.
     pub model: String,
+    /// What the faces are made of.
+    pub brdf: Law,
+    /// How the object turns.
+    pub attitude: Turning,
+    /// A mesh that the shape is compared with, and nothing else.
+    pub truth: Option<PathBuf>,
     /// Share of epochs kept back to test the shape.
     pub held_out: f64,
+}
+
+/// What an inversion takes the faces to be made of.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Law {
+    /// As the target is said to be.
+    AsTarget,
+    /// Specular share and exponent are found together with the shape.
+    Fit,
+    /// Made of this.
+    Given(Box<MaterialKeys>),
+}
+
+/// How an inversion takes the object to turn.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Turning {
+    /// As the target is said to.
+    AsTarget,
+    /// Uniformly, about a pole that is sought over the whole sphere.
+    ScanPole,
+    /// In this way.
+    Given(Box<Attitude>),
 }
 
 /// `[output]`: what is written. None of this changes a pixel or SCENESHA.

@@ -48,10 +48,14 @@ impl Reader {
     pub fn value(&mut self, key: &Key, node: &Node, full: &str) -> Result<Plain, Wrong> {
         let value = &node.value;
         match key.kind {
-            Kind::Text | Kind::Path => match value {
+            Kind::Text => match value {
                 Value::Text(text) if !text.trim().is_empty() && !text.contains(char::is_control) => {
                     Ok(text.as_str().into())
                 }
+                _ => Err(Wrong::Form),
+            },
+            Kind::Path => match value {
+                Value::Text(name) if !name.trim().is_empty() => self.file(name, at(node, name), full),
                 _ => Err(Wrong::Form),
             },
             Kind::File(content) => match value {

@@ -111,7 +111,7 @@ impl<'a> Moonlight<'a> {
     /// The same with bands of another width.
     pub fn with_rates(context: &'a Context<'a>, rates: &Rates) -> Self {
         let now = &context.now;
-        let disc = Disc::new(&face(&now.instant, now.observer.gcrs));
+        let disc = Disc::new(&face(&now.instant, now.observer.gcrs).at_phase(now.moon.phase));
         let (lit, elevation) = (lit(context), elevation(context));
         let dimmed = lit * fade(elevation);
         let lamp = |(bin, depths): &(Bin, Depths)| {

@@ -1,6 +1,7 @@
 //! Studies of a scene.
 
 pub mod accuracy;
+pub mod accuracy_chart;
 mod astro_accuracy;
 mod curve_axis;
 pub mod curve_chart;
@@ -16,12 +17,18 @@ pub mod fit_picture;
 #[cfg(test)]
 mod fit_picture_tests;
 mod fit_plan;
+mod inversion_accuracy;
 pub mod measured_picture;
 pub mod night_chart;
+mod noise_accuracy;
 pub mod object_accuracy;
 mod page;
 mod palette;
 mod photometry_accuracy;
+mod poisson_accuracy;
+pub mod pole_picture;
+pub mod report;
+pub mod sensitivity;
 pub mod shadow_chart;
 pub mod shape_picture;
 #[cfg(test)]
@@ -30,6 +37,9 @@ mod shape_raster;
 pub mod sky;
 pub mod sky_maps;
 pub mod sky_night;
+pub mod snr;
 pub mod sphere_picture;
 #[cfg(test)]
 mod sphere_picture_tests;
+pub mod suggest;
+mod tolerance_accuracy;

@@ -34,11 +34,11 @@ def meets(points, direction, centre, half):
     return far > np.maximum(near, 0.0) + 1e-9
 
 
-def flux(sun, observer):
+def flux(sun, observer, boxes=BOXES):
     s, o = AXES.T @ sun, AXES.T @ observer
     grid = (np.arange(GRID) + 0.5) / GRID * 2 - 1
     total = 0.0
-    for number, (centre, half) in enumerate(BOXES):
+    for number, (centre, half) in enumerate(boxes):
         for axis in range(3):
             for sign in (-1.0, 1.0):
                 cs, co = sign * s[axis], sign * o[axis]
@@ -51,7 +51,7 @@ def flux(sun, observer):
                 points[:, u], points[:, v] = a.ravel(), b.ravel()
                 points += centre
                 open_ = np.ones(len(points), bool)
-                for other, (c, h) in enumerate(BOXES):
+                for other, (c, h) in enumerate(boxes):
                     if other != number:
                         open_ &= ~meets(points, s, c, h) & ~meets(points, o, c, h)
                 total += RHO / np.pi * cs * co * 4 * half[u] * half[v] * open_.mean()

@@ -56,7 +56,7 @@ pub enum ProblemError {
         range: &'static str,
     },
     /// Nothing left.
-    #[error("no data: {dropped} gaps and nothing else")]
+    #[error("no usable point: {dropped} have no flux, error or zero point, and there are no others")]
     Empty {
         /// Gaps dropped.
         dropped: usize,
@@ -157,6 +157,16 @@ impl Problem {
     /// Standard deviations.
     pub fn sigma(&self) -> &[f64] {
         &self.sigma
+    }
+
+    /// Curve of each datum.
+    pub(in crate::inversion) fn curve_of(&self) -> &[usize] {
+        &self.curve
+    }
+
+    /// Scale of each curve, none where it is free.
+    pub(in crate::inversion) fn scales(&self) -> &[Option<f64>] {
+        &self.scales
     }
 
     /// y/sigma.

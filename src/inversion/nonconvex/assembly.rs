@@ -81,8 +81,10 @@ pub struct Assembly {
     pub alternatives: Vec<Alternative>,
     /// Of the alternatives.
     pub spread: Spread,
-    /// Epochs that were held out.
-    pub held_out: usize,
+    /// Whether each epoch, gaps left out, was held out to choose the number of parts.
+    pub held_out: Vec<bool>,
+    /// The parts as fitted without the epochs held out.
+    pub tested: Vec<Part>,
     /// Gaps dropped.
     pub dropped: usize,
 }
@@ -158,16 +160,18 @@ fn concluded(
 ) -> Assembly {
     let held = held_out(&data.directions, options.held_out);
     let is_held = |k: usize| held.get(k).copied().unwrap_or(false);
-    let (training, held) = (data.thinned(|k| !is_held(k)), data.thinned(is_held));
+    let (training, kept_out) = (data.thinned(|k| !is_held(k)), data.thinned(is_held));
     let effort = Effort { proposals: options.proposals, beam: options.beam, seed: options.seed };
     let search = Search { data: &training, facets, frames, effort };
     let mut renderer = Renderer::default();
     let (mut levels, mut trials): (Vec<Vec<Model>>, Vec<Trial>) = Default::default();
+    let mut tested: Vec<Vec<Part>> = Vec::new();
     while levels.len() < options.most {
         let level = search.next(&levels);
         let Some(best) = level.first() else { break };
-        let count = held.flux.len().max(1) as f64;
-        let held_out = held.chi2(&best.parts, f64::INFINITY, &mut renderer) / count;
+        let count = kept_out.flux.len().max(1) as f64;
+        let held_out = kept_out.chi2(&best.parts, f64::INFINITY, &mut renderer) / count;
+        tested.push(best.parts.clone());
         let all = data.descend(&best.parts, LAST.0, LAST.1, &mut renderer);
         let bic = all.chi2 + bic_cost(data, free(all.parts.len()));
         trials.push(Trial { parts: all.parts, chi2: all.chi2, bic, held_out });
@@ -178,7 +182,9 @@ fn concluded(
             break;
         }
     }
-    let chosen = choice(&trials, held.flux.len());
+    let chosen = choice(&trials, kept_out.flux.len());
+    let number = chosen.map_or(0, |trial| trial.parts.len());
+    let tested = tested.into_iter().find(|parts| parts.len() == number).unwrap_or_default();
     let start = chosen.map_or_else(Vec::new, |trial| trial.parts.clone());
     let start = Model { parts: start, chi2: chosen.map_or(f64::INFINITY, |trial| trial.chi2) };
     let rivals = rivals(data, &start, levels, training.flux.len());
@@ -195,7 +201,8 @@ fn concluded(
         trials,
         alternatives,
         spread,
-        held_out: held.flux.len(),
+        held_out: held,
+        tested,
         dropped: 0,
     }
 }

@@ -44,6 +44,11 @@ pub struct Baseline {
 }
 
 impl Baseline {
+    /// Its normalised irradiance \[m^2/sr\] for directions to Sun and observer in body axes.
+    pub fn light(&self, material: &Material, directions: &[(DVec3, DVec3)]) -> Vec<f64> {
+        light(&self.triangles, material, directions)
+    }
+
     /// Its surface as a mesh.
     pub fn mesh(&self) -> Mesh {
         let corners = (0..self.triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]);
@@ -116,17 +121,23 @@ fn folded(polytope: &Polytope, direction: DVec3, angle: f64) -> Vec<Triangle> {
 
 /// chi^2 of a closed surface.
 fn chi2(problem: &Problem, material: &Material, triangles: &[Triangle]) -> f64 {
+    let directions: Vec<(DVec3, DVec3)> = (0..problem.len()).map(|t| problem.epochs().at(t)).collect();
+    let data = problem.weighted_data();
+    let light = light(triangles, material, &directions);
+    data.iter().zip(problem.sigma()).zip(light).map(|((z, sigma), y)| (z - y / sigma).powi(2)).sum()
+}
+
+/// Normalised irradiance \[m^2/sr\] of a closed surface.
+fn light(triangles: &[Triangle], material: &Material, directions: &[(DVec3, DVec3)]) -> Vec<f64> {
     let faces: Vec<[u32; 3]> = (0..triangles.len() as u32).map(|k| [3 * k, 3 * k + 1, 3 * k + 2]).collect();
     let sheet = vec![false; faces.len()];
     let body = Body::new(triangles.iter().flatten().copied().collect(), faces, sheet);
     let mut exact = Exact::default();
     let mut weights = Vec::new();
-    let data = problem.weighted_data();
-    let term = |(t, (z, sigma)): (usize, (&f64, &f64))| {
-        let (sun, observer) = problem.epochs().at(t);
+    let one = |&(sun, observer): &(DVec3, DVec3)| {
         weights.clear();
         weights.extend(body.normals.iter().map(|n| weight(material, *n, sun, observer, 0.0)));
-        (z - exact.flux(&body, sun, observer, &weights) / sigma).powi(2)
+        exact.flux(&body, sun, observer, &weights)
     };
-    data.iter().zip(problem.sigma()).enumerate().map(term).sum()
+    directions.iter().map(one).collect()
 }

@@ -1,11 +1,11 @@
 //! Headers as programs lay them out, for tests; places, names and numbers are made up where they carry no meaning.
 
 use super::Header;
-pub(super) use super::fixtures_more::*;
+pub(crate) use super::fixtures_more::*;
 use std::collections::BTreeMap;
 
 #[derive(Debug, Clone)]
-pub(super) enum Value {
+pub(crate) enum Value {
     Number(f64),
     Text(String),
     Flag(bool),
@@ -13,7 +13,7 @@ pub(super) enum Value {
 
 /// Cards in memory.
 #[derive(Debug, Clone, Default)]
-pub(super) struct Cards(pub BTreeMap<String, Value>);
+pub(crate) struct Cards(pub BTreeMap<String, Value>);
 
 impl Header for Cards {
     fn number(&self, keyword: &str) -> Option<f64> {
@@ -61,7 +61,7 @@ impl Cards {
 }
 
 /// MaxIm DL 5 with ACP and PinPoint's cards behind it, calibrated.
-pub(super) const MAXIM_ACP: &str = "BITPIX = 16
+pub(crate) const MAXIM_ACP: &str = "BITPIX = 16
 NAXIS1 = 4864
 NAXIS2 = 3232
 BSCALE = 1.0
@@ -113,7 +113,7 @@ OBJCTDEC = '-16 10 58.8'
 ";
 
 /// MaxIm DL 6, as read from the camera, binned 2 x 2.
-pub(super) const MAXIM_RAW: &str = "BITPIX = 16
+pub(crate) const MAXIM_RAW: &str = "BITPIX = 16
 BZERO = 32768
 BSCALE = 1
 DATE-OBS = '2022-11-25T04:30:12.47'
@@ -149,7 +149,7 @@ ROWORDER = 'TOP-DOWN'
 ";
 
 /// TheSkyX with a solved image.
-pub(super) const THESKYX: &str = "BITPIX = 16
+pub(crate) const THESKYX: &str = "BITPIX = 16
 BZERO = 32768.0
 DATE-OBS = '2019-03-12T03:15:44.213'
 EXPTIME = 10.0
@@ -187,7 +187,7 @@ EQUINOX = 2000.0
 ";
 
 /// N.I.N.A. 3 with a camera of ZWO.
-pub(super) const NINA: &str = "BITPIX = 16
+pub(crate) const NINA: &str = "BITPIX = 16
 BZERO = 32768
 IMAGETYP = 'LIGHT'
 EXPOSURE = 30.0
@@ -224,7 +224,7 @@ SWCREATE = 'N.I.N.A. 3.0.0.9001 (x64)'
 ";
 
 /// SharpCap 4 without telescope.
-pub(super) const SHARPCAP: &str = "BITPIX = 16
+pub(crate) const SHARPCAP: &str = "BITPIX = 16
 BZERO = 32768
 SWCREATE = 'SharpCap v4.1.11817.0, 64 bit'
 CCD-TEMP = 12.7
@@ -244,7 +244,7 @@ EGAIN = 0.45
 ";
 
 /// SharpCap 3, solved afterwards by AstroImageJ through astrometry.net.
-pub(super) const SHARPCAP_SOLVED: &str = "BITPIX = 16
+pub(crate) const SHARPCAP_SOLVED: &str = "BITPIX = 16
 BZERO = 32768.0
 SWCREATE = 'SharpCap'
 EXPTIME = 2
@@ -279,7 +279,7 @@ AP_0_1 = -4.22921490886E-07
 ";
 
 /// FireCapture: a planetary camera, little else.
-pub(super) const FIRECAPTURE: &str = "BITPIX = 8
+pub(crate) const FIRECAPTURE: &str = "BITPIX = 8
 SWCREATE = 'FireCapture v2.7.14'
 INSTRUME = 'ZWO ASI174MM'
 DATE-OBS = '2023-09-10T22:15:07.123'
@@ -290,7 +290,7 @@ FOCALLEN = 2800
 ";
 
 /// Astro Photography Tool.
-pub(super) const APT: &str = "BITPIX = 16
+pub(crate) const APT: &str = "BITPIX = 16
 BZERO = 32768
 BSCALE = 1
 OBJECT = 'TEST    '
@@ -315,7 +315,7 @@ GAIN = 120
 ";
 
 /// Sequence Generator Pro: the cards of world coordinates, but no matrix.
-pub(super) const SGP: &str = "BITPIX = 16
+pub(crate) const SGP: &str = "BITPIX = 16
 BZERO = 32768
 CRPIX1 = 2072
 CRPIX2 = 1411
@@ -348,7 +348,7 @@ OFFSET = 30
 ";
 
 /// All of them, by name.
-pub(super) const ALL: [(&str, &str); 15] = [
+pub(crate) const ALL: [(&str, &str); 15] = [
     ("MAXIM_ACP", MAXIM_ACP),
     ("MAXIM_RAW", MAXIM_RAW),
     ("THESKYX", THESKYX),

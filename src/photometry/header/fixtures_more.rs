@@ -1,7 +1,7 @@
 //! Headers of observatories, of other clocks, and of this program's own.
 
 /// An observatory with IRAF's keywords.
-pub(super) const IRAF: &str = "BITPIX = 16
+pub(crate) const IRAF: &str = "BITPIX = 16
 BZERO = 32768
 OBJECT = 'SA98'
 DATE-OBS = '2010-03-04'
@@ -30,7 +30,7 @@ CD2_2 = 1.1e-4
 ";
 
 /// Las Cumbres Observatory, reduced.
-pub(super) const LCO: &str = "BITPIX = -32
+pub(crate) const LCO: &str = "BITPIX = -32
 DATE-OBS = '2021-06-01T03:04:05.678'
 UTSTART = '03:04:05.678'
 UTSTOP = '03:04:35.932'
@@ -68,7 +68,7 @@ CD2_2 = 1.0806e-4
 ";
 
 /// A frame of SCAMP's: TPV with its polynomial.
-pub(super) const TPV: &str = "BITPIX = -32
+pub(crate) const TPV: &str = "BITPIX = -32
 DATE-OBS = '2015-02-03T04:05:06.7'
 EXPTIME = 90.0
 GAIN = 4.0
@@ -91,7 +91,7 @@ RADESYS = 'ICRS'
 ";
 
 /// A plate-like header of the nineties.
-pub(super) const OLD: &str = "BITPIX = 16
+pub(crate) const OLD: &str = "BITPIX = 16
 DATE-OBS = '28/03/93'
 UT = '07:18:51'
 EXPTIME = 160
@@ -106,7 +106,7 @@ RDNOISE = 25
 ";
 
 /// A camera with a GPS clock, its times on that clock.
-pub(super) const GPS: &str = "BITPIX = 16
+pub(crate) const GPS: &str = "BITPIX = 16
 BZERO = 32768
 INSTRUME = 'QHY174GPS'
 TIMESYS = 'GPS'
@@ -117,7 +117,7 @@ GAIN = 0.31
 ";
 
 /// A smart telescope with hours as RA.
-pub(super) const DWARF: &str = "BITPIX = 16
+pub(crate) const DWARF: &str = "BITPIX = 16
 BZERO = 32768
 DATE-OBS = '2023-06-10T21:38:19.442'
 EXP = 15.0
@@ -129,7 +129,7 @@ ORIGIN = 'DWARFLAB'
 ";
 
 /// A frame of this program's own.
-pub(super) const OURS: &str = "BITPIX = 16
+pub(crate) const OURS: &str = "BITPIX = 16
 BZERO = 32768
 DATE-OBS = '2018-01-15T04:00:00.000000'
 DATE-BEG = '2018-01-15T04:00:00.000000'

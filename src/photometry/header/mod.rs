@@ -9,6 +9,7 @@ mod camera;
 mod clock;
 mod dialect;
 mod note;
+mod origin;
 mod overrides;
 mod pointing;
 mod reader;
@@ -18,7 +19,7 @@ mod time;
 mod wcs;
 
 #[cfg(test)]
-mod fixtures;
+pub(crate) mod fixtures;
 #[cfg(test)]
 mod fixtures_more;
 #[cfg(test)]
@@ -29,6 +30,7 @@ mod header_tests;
 mod wcs_tests;
 
 pub use note::{Note, NoteKind};
+pub use origin::{Quantity, is_active_pixel};
 pub use overrides::Overrides;
 pub use reader::Header;
 pub use site::Site;

@@ -1,0 +1,194 @@
+//! What a person reads of a shape.
+
+use super::invert::{Found, Model};
+use super::shape_data::{Data, told_left_out};
+use super::shape_pole::Rotation;
+use crate::inversion::egi::Verdict;
+use crate::inversion::nonconvex::Call;
+use glam::DVec3;
+
+/// How a shape differs from the true one.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Errors {
+    /// Volume of what both hold over that of what one holds.
+    pub iou: f64,
+    /// Largest distance of the surfaces over the diagonal.
+    pub hausdorff: f64,
+    /// Mean distance over the diagonal.
+    pub chamfer: f64,
+    /// Volume over the true one.
+    pub volume_ratio: f64,
+}
+
+/// What may be said of the shape, sentence by sentence.
+pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
+    let convex = &found.convex;
+    let mut said = Vec::new();
+    let claimed = convex.facets.iter().filter(|e| e.claimed).count();
+    let facets = match convex.verdict {
+        Verdict::Facets => format!("{claimed} of {} facets are claimed", convex.facets.len()),
+        Verdict::Smooth { .. } => "no facet is claimed: a smooth body explains the light as well".into(),
+        Verdict::Endless { .. } | Verdict::Unresolved { .. } => {
+            "no facet is claimed: the light does not tell them apart".into()
+        }
+        Verdict::Dark => "no light".into(),
+    };
+    match &found.draft {
+        Some(draft) => said.push(format!(
+            "{} facets by resampling and merging at a fixed angle: none is claimed; errors are not known of them",
+            draft.facets.len()
+        )),
+        None => said.push(facets),
+    }
+    match &found.body {
+        Err(why) => said.push(format!("no convex body: {why}")),
+        Ok(body) if !body.converged => said.push(format!(
+            "warning: {} did not converge: areas off by up to {:.1} % of the largest after {} steps, {} facets lost; the body is not that of the facets",
+            body.method, 100.0 * body.residual, body.iterations, body.lost
+        )),
+        Ok(_) => {}
+    }
+    let ratio = found.chi2_reduced();
+    let points = found.outlier.len() as f64;
+    if points > 20.0 && ratio > 1.5 + 5.0 * (2.0 / points).sqrt() {
+        said.push(format!(
+            "warning: chi-square is {ratio:.2} a degree of freedom: the errors are {:.1} times too small, or no shape of this kind and law sends this light",
+            ratio.sqrt()
+        ));
+    } else if points > 20.0 && ratio < 0.4 && !data.computed && convex.verdict != Verdict::Dark {
+        said.push(format!(
+            "chi-square is {ratio:.2} a degree of freedom: the errors are {:.1} times too large",
+            ratio.sqrt().recip()
+        ));
+    }
+    match &found.verdict {
+        Some(v) if v.call == Call::NonConvex => said.push(format!(
+            "not convex: no convex body sends this light (residual floor {:.2} %, closure open by {:.1} standard deviations)",
+            100.0 * v.floor,
+            v.defect_sigmas
+        )),
+        Some(v) => said.push(format!(
+            "convex bodies explain the light; a concavity that takes {:.1} % of it would have been found",
+            100.0 * v.floor_found
+        )),
+        None => {}
+    }
+    if let Some(folded) = &found.folded {
+        said.push(format!(
+            "the draft's family: one concavity with walls at {:.0} deg explains the light best",
+            folded.best.angle.to_degrees()
+        ));
+    }
+    if let Some(assembly) = &found.assembly {
+        said.push(format!("{} boxes or panels explain it", assembly.parts.len()));
+        for panel in assembly.parts.iter().filter_map(|e| e.panel.as_ref()) {
+            said.push(format!(
+                "a panel of {:.2} +- {:.2} m2, its normal known to {:.2} deg",
+                panel.area,
+                panel.area_sd,
+                panel.normal_sd.to_degrees()
+            ));
+        }
+        if !assembly.alternatives.is_empty() {
+            said.push(format!("{} other assemblies explain it as well", assembly.alternatives.len()));
+        }
+    }
+    if convex.unobserved > 0.01 {
+        said.push(format!("{:.0} % of the directions were never lit and seen", 100.0 * convex.unobserved));
+    }
+    said
+}
+
+/// The rotations that the light allows, line by line.
+fn minima(rotation: &Rotation) -> Vec<String> {
+    let (low, high, count) = rotation.tried;
+    let mut lines = vec![format!(
+        "rotation: {} poles, {count} periods from {low:.6} to {high:.6} s ({}); {} rotations within 9 of the least chi-square:",
+        rotation.found.map.len(),
+        rotation.from,
+        rotation.found.minima.len()
+    )];
+    let least = rotation.best().map_or(0.0, |m| m.solution.chi2);
+    lines.extend(rotation.found.minima.iter().map(|m| {
+        let (ra, dec) = sky(m.pole);
+        format!(
+            "  pole RA {ra:.2}, Dec {dec:+.2} deg (+- {:.2}), period {:.6} +- {:.1e} s, chi-square +{:.1}{}",
+            m.sd[0].hypot(m.sd[1]).to_degrees(),
+            m.period,
+            m.sd[2],
+            m.solution.chi2 - least,
+            if m.alias { ", met as the mirror of another" } else { "" }
+        )
+    }));
+    lines
+}
+
+/// The law that was fitted.
+fn law(found: &Found) -> Vec<String> {
+    let Some(law) = &found.law else { return Vec::new() };
+    let name = law.material.model.name();
+    let (share, exponent) = (law.specular_fraction, law.exponent);
+    let width = match law.tells_exponent() {
+        true => format!("exponent {:.2} +- {:.2}", exponent.0, exponent.1),
+        false => "the exponent is not told by the light".into(),
+    };
+    vec![
+        format!("law: {name}, specular share {:.4} +- {:.4} of C_d + C_s, {width}", share.0, share.1),
+        format!(
+            "areas are for C_d + C_s = {:.3}: area and albedo are one number, the light tells a C_d alone",
+            law.albedo
+        ),
+    ]
+}
+
+/// The summary of a shape, line by line.
+pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<String> {
+    let mut lines = data.told.clone();
+    lines.extend(told_left_out(&data.left_out));
+    let outliers = found.outlier.iter().filter(|o| **o).count();
+    if outliers > 0 {
+        lines.push(format!(
+            "outliers left out: {outliers}, more than 5 robust standard deviations from the best convex body"
+        ));
+    }
+    lines.extend(found.rotation.iter().flat_map(minima));
+    lines.extend(law(found));
+    lines.push(format!(
+        "{} points, signal-to-noise ratio {:.0}: the light tells {} numbers",
+        data.points(),
+        found.convex.snr,
+        found.convex.rank
+    ));
+    lines.extend(claims(found, data));
+    let kind = match (found.is_convex(), &found.folded) {
+        (true, _) => "convex",
+        (false, Some(_)) => "one concavity",
+        (false, None) => "boxes and panels",
+    };
+    let chi2 = format!("{kind}: chi-square {:.2} a degree of freedom", found.chi2_reduced());
+    let held = if found.held_out_chi2.is_finite() {
+        format!(", {:.2} of the convex image at points held out", found.held_out_chi2)
+    } else {
+        String::new()
+    };
+    lines.push(chi2 + &held);
+    if found.asked == Model::Auto && found.is_convex() && found.verdict.is_some_and(|v| v.call == Call::NonConvex)
+    {
+        lines.push("too few points for boxes and panels: the shape given is the convex one".into());
+    }
+    if found.rotation.is_some() {
+        lines.push("not compared with a truth: the body's axes are those of the rotation found".into());
+    }
+    if let Some(e) = errors {
+        lines.push(format!(
+            "against the truth: volumes in common {:.3}, {:.3} of its volume, surfaces {:.4} of the diagonal apart on average, {:.3} at most",
+            e.iou, e.volume_ratio, e.chamfer, e.hausdorff
+        ));
+    }
+    lines
+}
+
+/// Right ascension and declination \[deg\].
+pub(super) fn sky(v: DVec3) -> (f64, f64) {
+    (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.clamp(-1.0, 1.0).asin().to_degrees())
+}
