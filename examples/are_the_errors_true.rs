@@ -5,7 +5,7 @@
 
 use nightglass::light::colour::StarLight;
 use nightglass::photometry::header::Overrides;
-use nightglass::photometry::{Frame, Place, flag};
+use nightglass::photometry::{Frame, flag};
 use nightglass::run::job::Job;
 use nightglass::run::lightcurve::{measure_frame, settings};
 use nightglass::run::pointing::field_stars;
@@ -74,20 +74,7 @@ fn pulls(keys: &[(&str, &str)], count: usize, seed: u64) -> Result<Pulls, Box<dy
     let scene = load("pogs-geo", &Options { sets: &sets, seed: Some(seed) })?;
     let simulator = Simulator::new(&scene)?;
     let (catalogue, light) = (catalogue(&scene)?, StarLight::new(&simulator.response.throughput));
-    let job = Job {
-        frames: &[],
-        place: Place::Header,
-        scene: Some(&scene),
-        catalogue: &catalogue,
-        settings: settings(&scene),
-        errors: false,
-        overrides: Overrides::default(),
-        objects: Vec::new(),
-        masters: None,
-        told: &|_, _, _| (),
-        seen: &|_, _, _, _| (),
-        done: &|| (),
-    };
+    let job = Job { scene: Some(&scene), ..Job::new(&[], &catalogue, settings(&scene)) };
     let spoilt = flag::SATURATED | flag::BLOOMED | flag::EDGE | flag::TRAIL_CROSSING | flag::NEIGHBOUR;
     let (mut pulls, mut mag, mut snr) = (Vec::new(), Vec::new(), 0.0);
     for number in 0..count {

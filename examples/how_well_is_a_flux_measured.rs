@@ -4,8 +4,7 @@
 //! `cargo run --release --example how_well_is_a_flux_measured`
 
 use nightglass::io::fits::{Pixels, write};
-use nightglass::photometry::header::Overrides;
-use nightglass::photometry::{Place, Settings};
+use nightglass::photometry::Settings;
 use nightglass::run::job::Job;
 use nightglass::run::lightcurve::{measure_frames, settings};
 use nightglass::scene::{Method, Options, load};
@@ -29,20 +28,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     println!("method     error told   error made   (electrons, rms of {} frames)", frames.len());
     for (name, method) in [("optimal", Method::Optimal), ("joint", Method::Joint), ("aperture", Method::Aperture)]
     {
-        let job = Job {
-            frames: &frames,
-            place: Place::Header,
-            scene: Some(&scene),
-            catalogue: &catalogue(&scene)?,
-            settings: Settings { method, ..settings(&scene) },
-            errors: false,
-            overrides: Overrides::default(),
-            objects: Vec::new(),
-            masters: None,
-            told: &|_, _, _| (),
-            seen: &|_, _, _, _| {},
-            done: &|| (),
-        };
+        let catalogue = catalogue(&scene)?;
+        let how = Settings { method, ..settings(&scene) };
+        let job = Job { scene: Some(&scene), ..Job::new(&frames, &catalogue, how) };
         let curve = measure_frames(&job)?;
         let rms = |values: Vec<f64>| (values.iter().map(|v| v * v).sum::<f64>() / values.len() as f64).sqrt();
         let told = rms(curve.measurements.iter().map(|m| m.flux_err_e).collect());

@@ -243,7 +243,15 @@ fn accuracy_writes_what_it_suggests() {
     let after = std::fs::read_to_string(&scene).expect("the scene");
     let value = after.split("psf   = ").nth(1).and_then(|t| t.split(' ').next()).expect("the value");
     assert_eq!(value.parse::<f64>().ok(), Some(psf), "{after}");
-    assert_eq!(after.replace(&format!("psf   = {value}"), "psf   = 1e-5"), text);
+    // nor is it known which number of stars is drawn in the least time
+    let rest = after
+        .lines()
+        .filter(|line| !line.starts_with("omit = "))
+        .map(|line| line.to_owned() + "\n")
+        .collect::<String>();
+    let rest = rest.replace(&format!("psf   = {value}"), "psf   = 1e-5");
+    assert_eq!(rest, text.replace("\r\n", "\n"));
+    assert!(after.starts_with("# mine\r\nname = 'mine'   # a name\n[station]\n"), "{after}");
     let rows = json["rows"].as_array().expect("rows");
     for name in ["sky.nodes", "psf.stamp", "stars.omit"] {
         let suggested = rows.iter().filter(|r| r["approximation"] == name && r["suggested"] == true).count();

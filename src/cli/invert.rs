@@ -128,7 +128,7 @@ pub(super) fn outcome(
     let bar = talk.bar(1, "inversion");
     let found = solve(data, asked, held_out)?;
     bar.finish_and_clear();
-    let errors = shape_outcome::errors(&found, truth);
+    let errors = shape_outcome::errors(&found, data, truth);
     shape_outcome::summary(&found, data, errors.as_ref()).iter().for_each(|line| talk.say(line));
     let told = shape_outcome::json(&found, data, errors.as_ref());
     let mut files = Vec::new();

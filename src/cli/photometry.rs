@@ -54,15 +54,11 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
     let finders = global.output.as_deref().filter(|_| args.finder).map(|dir| dir.join("finder"));
     let failed: Mutex<Option<Failure>> = Mutex::new(None);
     let mut job = Job {
-        frames: &args.frames,
         place,
         scene: scene.as_ref(),
-        catalogue: &catalogue,
-        settings: Settings { method, ..settings },
         errors: args.errors,
         overrides: overrides.clone(),
         masters,
-        objects: Vec::new(),
         told: &|path, what, warning| {
             let text = format!("{}: {what}", path.display());
             if warning { talk.say(&text) } else { talk.detail(&text) }
@@ -74,6 +70,7 @@ pub(super) fn photometry(args: &PhotometryArgs, global: &Global, talk: &Talk) ->
             }
         },
         done: &|| bar.inc(1),
+        ..Job::new(&args.frames, &catalogue, Settings { method, ..settings })
     };
     if args.find {
         let objects = find::objects(&job)?;
@@ -139,7 +136,11 @@ fn write_all(
     give(dir, "lightcurve.svg", &measured(curve, &title), global, talk)?;
     for format in also {
         match format.as_str() {
-            "csv" => give(dir, "lightcurve.csv", &curve_files::csv(&curve.table), global, talk)?,
+            "csv" => {
+                let text = curve_files::csv(&curve.table);
+                let text = text.map_err(|fault| Failure::Input(format!("lightcurve.csv: {fault}")))?;
+                give(dir, "lightcurve.csv", &text, global, talk)?;
+            }
             "alcdef" => match curve_files::alcdef(curve, station).map_err(Failure::Input)? {
                 Some(text) => give(dir, "lightcurve.alcdef", &text, global, talk)?,
                 None => talk.say("no magnitude: no lightcurve.alcdef"),

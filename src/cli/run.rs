@@ -8,8 +8,6 @@ use super::report;
 use super::shapes::shapes;
 use super::talk::{Failure, Talk, load, print_json};
 use crate::io::atomic;
-use crate::photometry::Place;
-use crate::photometry::header::Overrides;
 use crate::run::curve_files;
 use crate::run::job::Job;
 use crate::run::lightcurve::settings;
@@ -28,20 +26,8 @@ pub(super) fn run(args: &RunArgs, global: &Global, talk: &Talk) -> Result<(), Fa
     if !scene.target.is_empty() && !frames.is_empty() {
         let catalogue = catalogue(&scene).map_err(SimulateError::from)?;
         let bar = talk.bar(frames.len(), "photometry");
-        let job = Job {
-            frames: &frames,
-            place: Place::Header,
-            scene: Some(&scene),
-            catalogue: &catalogue,
-            settings: settings(&scene),
-            errors: false,
-            overrides: Overrides::default(),
-            objects: Vec::new(),
-            masters: None,
-            told: &|_, _, _| (),
-            seen: &|_, _, _, _| {},
-            done: &|| bar.inc(1),
-        };
+        let done = || bar.inc(1);
+        let job = Job { scene: Some(&scene), done: &done, ..Job::new(&frames, &catalogue, settings(&scene)) };
         let curve = measure(&job, talk)?;
         bar.finish_and_clear();
         tables::write(&output.dir, "lightcurve.ecsv", &curve.table)?;

@@ -33,7 +33,10 @@ impl Segment {
         let [columns, rows] = self.bounds(frame, reach);
         for y in rows {
             let row = &frame.data[y * frame.width..(y + 1) * frame.width];
-            for x in columns.clone() {
+            let (low, high) = chord(self.half, reach, y as f64 - self.centre.y);
+            let first = ((self.centre.x + low).floor().max(0.0) as usize).clamp(columns.start, columns.end);
+            let last = ((self.centre.x + high).ceil() + 1.0).max(0.0) as usize;
+            for x in first..last.clamp(first, columns.end) {
                 let place = DVec2::new(x as f64, y as f64);
                 let distance = self.distance(place);
                 if distance <= reach {

@@ -75,17 +75,25 @@ impl Mesh {
 
     fn interpolate(&self, cells: &[f64], place: DVec2) -> f64 {
         let p = (place - self.origin) / self.cell;
-        let split = |x: f64, n: usize| {
-            let x = x.clamp(0.0, (n - 1) as f64);
-            let i = (x as usize).min(n.saturating_sub(2));
-            (i, (i + 1).min(n - 1), x - i as f64)
-        };
-        let (x0, x1, fx) = split(p.x, self.columns);
-        let (y0, y1, fy) = split(p.y, self.rows);
+        let (x0, x1, fx) = between(p.x, self.columns);
+        let (y0, y1, fy) = between(p.y, self.rows);
         let at = |x: usize, y: usize| cells[y * self.columns + x];
         let low = at(x0, y0) * (1.0 - fx) + at(x1, y0) * fx;
         let high = at(x0, y1) * (1.0 - fx) + at(x1, y1) * fx;
         low * (1.0 - fy) + high * fy
+    }
+
+    /// Background along a row of pixels that starts at `first` \[adu\].
+    pub fn mean_row(&self, first: DVec2, row: &mut [f64]) {
+        let (y0, y1, fy) = between((first.y - self.origin.y) / self.cell, self.rows);
+        let cells = |y: usize| &self.mean_adu[y * self.columns..][..self.columns];
+        let levels =
+            cells(y0).iter().zip(cells(y1)).map(|(low, high)| low * (1.0 - fy) + high * fy).collect::<Vec<_>>();
+        let (start, step) = ((first.x - self.origin.x) / self.cell, 1.0 / self.cell);
+        for (i, value) in row.iter_mut().enumerate() {
+            let (x0, x1, fx) = between(start + i as f64 * step, self.columns);
+            *value = levels[x0] * (1.0 - fx) + levels[x1] * fx;
+        }
     }
 
     /// Background at a place \[adu\]; NaN if no pixel was usable.
@@ -99,10 +107,32 @@ impl Mesh {
     }
 }
 
+/// The two of `n` nodes about `x`, and how far it is from the first to the second.
+fn between(x: f64, n: usize) -> (usize, usize, f64) {
+    let x = x.clamp(0.0, (n - 1) as f64);
+    let i = (x as usize).min(n.saturating_sub(2));
+    (i, (i + 1).min(n - 1), x - i as f64)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::photometry::synthetic::{self, Camera};
+
+    /// To the rounding of 1e4 adu.
+    #[test]
+    fn a_row_is_what_its_places_are() {
+        let mean = (0..400 * 300).map(|i| 900.0 + 0.3 * f64::from(i % 400) + 2e-5 * f64::from(i / 400).powi(3));
+        let frame = synthetic::develop(&Camera::default(), 400, 300, 8, &mean.collect::<Vec<_>>());
+        let mesh = Mesh::around(&frame, DVec2::new(180.0, 140.0), DVec2::splat(130.0), 64);
+        for y in [-40.0, 31.0, 177.0, 300.0] {
+            let mut row = vec![0.0; 500];
+            mesh.mean_row(DVec2::new(-50.0, y), &mut row);
+            for (i, value) in row.into_iter().enumerate() {
+                assert!((value - mesh.mean_adu(DVec2::new(i as f64 - 50.0, y))).abs() < 1e-9);
+            }
+        }
+    }
 
     #[test]
     fn a_flat_sky_is_found_flat_and_with_its_scatter() {

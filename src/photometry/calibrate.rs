@@ -14,6 +14,7 @@ use super::single::{self, Aperture};
 use super::trend::Trend;
 use super::zeropoint::{self, StarFlux, ZeroPoint};
 use glam::DVec2;
+use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// Most sources used for the point spread function.
@@ -24,6 +25,8 @@ const PSF_CLEAR: usize = 12;
 const PSF_SPOILT: f64 = 5e-4;
 /// Signal-to-noise ratio above which a source tells of the point spread function.
 const PSF_SNR: f64 = 40.0;
+/// Sources that are looked at together.
+const BLOCK: usize = 16;
 /// Stars that fix the common pointing offset.
 const SHIFT_STARS: usize = 12;
 
@@ -58,20 +61,25 @@ pub fn bright_sources(
     crowded.sort_by(|a, b| a.1.total_cmp(&b.1));
     let enough = clear.len();
     let stars = clear.into_iter().chain(crowded).map(|(i, _)| (tracks[i].segment, Some(i)));
-    let mut sources = Vec::new();
-    for (tried, (segment, index)) in target.map(|t| (t, None)).into_iter().chain(stars).enumerate() {
-        if sources.len() > PSF_SOURCES || (sources.len() > PSF_CLEAR && tried > enough) {
-            break;
-        }
-        let beside = field::around(tracks, &segment, 10.0 * fwhm, index);
-        let crossed = beside.iter().any(|t| t.segment.gap(&segment) < 3.0 * fwhm);
-        let look = single::look(frame, &segment, fwhm, &beside);
+    let candidates = target.map(|t| (t, None)).into_iter().chain(stars).collect::<Vec<_>>();
+    let bright = |(segment, index): &(Segment, Option<usize>)| {
+        let beside = field::around(tracks, segment, 10.0 * fwhm, *index);
+        let crossed = beside.iter().any(|t| t.segment.gap(segment) < 3.0 * fwhm);
+        let look = single::look(frame, segment, fwhm, &beside);
         if look.saturated || look.cut || crossed || look.snr.is_nan() || look.snr < PSF_SNR {
-            continue;
+            return None;
         }
-        let limit = 0.75 * fwhm;
-        if let Some(place) = centroid::windowed(frame, &segment, fwhm, look.background_adu, limit) {
-            sources.push((segment.at(place), look.sky_variance, beside));
+        let place = centroid::windowed(frame, segment, fwhm, look.background_adu, 0.75 * fwhm)?;
+        Some((segment.at(place), look.sky_variance, beside))
+    };
+    let mut sources = Vec::new();
+    for (block, some) in candidates.chunks(BLOCK).enumerate() {
+        let looked = some.par_iter().map(bright).collect::<Vec<_>>();
+        for (tried, source) in (BLOCK * block..).zip(looked) {
+            if sources.len() > PSF_SOURCES || (sources.len() > PSF_CLEAR && tried > enough) {
+                return sources;
+            }
+            sources.extend(source);
         }
     }
     sources
@@ -83,7 +91,7 @@ pub fn point_spread(frame: &Frame, sources: &[(Segment, f64, Vec<Track>)], expec
     let mut fwhm = expected;
     for _ in 0..3 {
         let edges = rings::ring_edges(fwhm);
-        let rings = sources.iter().map(|(segment, variance, beside)| {
+        let rings = sources.par_iter().map(|(segment, variance, beside)| {
             Rings::gather(frame, segment, &edges, *variance, |p| field::covered(beside, p))
         });
         let rings = rings.collect::<Vec<_>>();
@@ -121,32 +129,30 @@ pub fn stars_zero_point(
         (k, single::ladder(&psf, &tracks[*first].segment, settings.aperture_px, false))
     };
     let ladders = kinds.into_iter().map(of_kind).collect::<BTreeMap<_, _>>();
-    let mut fluxes = Vec::new();
-    let mut used: Vec<&Aperture> = Vec::new();
-    for index in lonely {
+    let of_star = |index: &usize| {
         let mut segment = tracks[*index].segment;
         let beside = field::around(tracks, &segment, 10.0 * psf.fwhm_px, Some(*index));
         let look = single::look(frame, &segment, psf.fwhm_px, &beside);
         if look.saturated {
-            continue;
+            return None;
         }
         if look.snr > 20.0 {
             let centred =
                 centroid::windowed(frame, &segment, psf.fwhm_px, look.background_adu, 0.75 * psf.fwhm_px);
             segment = centred.map_or(segment, |p| segment.at(p));
         }
-        let Some(ladder) = ladders.get(&kind(tracks[*index].segment.centre)) else { continue };
+        let ladder = ladders.get(&kind(tracks[*index].segment.centre))?;
         let (flux, aperture) = single::best_flux(frame, &segment, ladder, &beside, settings.flat_rms);
-        if flux.flags == 0 && flux.flux_e.is_finite() {
-            used.push(aperture);
-            // the share's uncertainty is common to all stars: it is added once, below
-            let own =
-                (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
-            let Track { mag_v, colour_bv, .. } = tracks[*index];
-            let place = frame.relative(segment.centre);
-            fluxes.push(StarFlux { mag_v, colour_bv, place, flux_e: flux.flux_e, flux_err_e: own });
+        if flux.flags != 0 || !flux.flux_e.is_finite() {
+            return None;
         }
-    }
+        // the share's uncertainty is common to all stars: it is added once, below
+        let own = (flux.err_e.powi(2) - (flux.flux_e * aperture.doubt / aperture.share).powi(2)).max(0.0).sqrt();
+        let Track { mag_v, colour_bv, .. } = tracks[*index];
+        let place = frame.relative(segment.centre);
+        Some((StarFlux { mag_v, colour_bv, place, flux_e: flux.flux_e, flux_err_e: own }, aperture))
+    };
+    let (fluxes, mut used): (Vec<_>, Vec<_>) = lonely.par_iter().filter_map(of_star).unzip();
     used.sort_by(|a, b| a.radius.total_cmp(&b.radius));
     let typical = used.get(used.len() / 2).map(|a| (*a).clone());
     let common = typical.as_ref().map_or(0.0, |a| a.doubt / a.share);

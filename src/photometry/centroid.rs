@@ -6,6 +6,7 @@
 
 use super::frame::Frame;
 use super::segment::Segment;
+use crate::base::elementary::exp;
 use glam::DVec2;
 
 /// The middle of the source near `guess`, for images of `fwhm` \[px\] above `background_adu`; none if it
@@ -18,7 +19,7 @@ pub fn windowed(frame: &Frame, guess: &Segment, fwhm: f64, background_adu: f64, 
         let (mut light, mut moment) = (0.0, DVec2::ZERO);
         segment.for_pixels(frame, reach, |place, distance, value| {
             if value.is_finite() {
-                let w = (-0.5 * distance * distance / sigma2).exp() * (value - background_adu);
+                let w = exp(-0.5 * distance * distance / sigma2) * (value - background_adu);
                 light += w;
                 moment += (place - segment.centre) * w;
             }

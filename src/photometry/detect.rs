@@ -10,6 +10,7 @@ use super::centroid;
 use super::frame::Frame;
 use super::segment::Segment;
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Widest search \[px\].
 const WIDEST_PX: f64 = 100.0;
@@ -50,43 +51,44 @@ impl Map {
         let mut line = vec![0.0; (width + 2 * kernel_reach) as usize];
         for j in 0..height {
             let y = oy - ry - kernel_reach + j;
+            let first = ox - rx - kernel_reach;
+            mesh.mean_row(DVec2::new(first as f64, y as f64), &mut line);
             for (i, value) in line.iter_mut().enumerate() {
-                let x = ox - rx - kernel_reach + i as i64;
+                let x = first + i as i64;
                 let adu = frame.pixel(x, y);
-                let place = DVec2::new(x as f64, y as f64);
-                *value = if adu.is_nan() || mask(place) { 0.0 } else { adu - mesh.mean_adu(place) };
+                let left_out = adu.is_nan() || mask(DVec2::new(x as f64, y as f64));
+                *value = if left_out { 0.0 } else { adu - *value };
             }
-            for i in 0..width as usize {
-                let sum: f64 = kernel.iter().zip(&line[i..]).map(|(k, v)| k * v).sum();
-                across[(j * width) as usize + i] = sum;
+            let row = &mut across[(j * width) as usize..][..width as usize];
+            for (weight, from) in kernel.iter().zip(0..) {
+                row.iter_mut().zip(&line[from..]).for_each(|(sum, v)| *sum += weight * v);
             }
         }
-        let blurred = |x: i64, y: i64| {
-            let column = (x + rx).clamp(0, width - 1);
-            let first = (y + ry).clamp(0, 2 * ry);
-            kernel
-                .iter()
-                .enumerate()
-                .map(|(k, w)| w * across[((first + k as i64) * width + column) as usize])
-                .sum()
-        };
-        let blurred = (-ry..=ry).flat_map(|y| (-rx..=rx).map(move |x| (x, y))).map(|(x, y)| blurred(x, y));
-        let blurred = blurred.collect::<Vec<f64>>();
+        let mut blurred = vec![0.0; (width * (2 * ry + 1)) as usize];
+        for (j, row) in blurred.chunks_exact_mut(width as usize).enumerate() {
+            for (weight, from) in kernel.iter().zip(across.chunks_exact(width as usize).skip(j)) {
+                row.iter_mut().zip(from).for_each(|(sum, v)| *sum += weight * v);
+            }
+        }
         let samples = ((source.length().min(4000.0) / sigma).ceil() as i64).max(0);
         let steps = (-samples..=samples).step_by(2).map(|i| source.half * (i as f64 / samples.max(1) as f64));
         let steps =
             steps.map(|d| d.clamp(-extent, extent).round()).map(|d| (d.x as i64, d.y as i64)).collect::<Vec<_>>();
-        let mut map = Vec::new();
-        for y in -radius..=radius {
-            for x in -radius..=radius {
-                let at = |(dx, dy): &(i64, i64)| blurred[((y + dy + ry) * width + x + dx + rx) as usize];
-                map.push(steps.iter().map(at).sum::<f64>());
+        let side = (2 * radius + 1) as usize;
+        let mut map = vec![0.0; side * side];
+        for (y, row) in (-radius..).zip(map.chunks_exact_mut(side)) {
+            for (dx, dy) in &steps {
+                let from = &blurred[((y + dy + ry) * width + rx - radius + dx) as usize..];
+                row.iter_mut().zip(from).for_each(|(sum, v)| *sum += v);
             }
         }
-        let mut sorted = map.iter().copied().filter(|v| v.is_finite() && *v != 0.0).collect::<Vec<_>>();
-        sorted.sort_by(f64::total_cmp);
-        let at = |share: f64| sorted.get((share * sorted.len() as f64) as usize).copied().unwrap_or(0.0);
-        let (median, scatter) = (at(0.5), (at(0.5) - at(0.16)).max(1e-30));
+        let mut seen = map.iter().copied().filter(|v| v.is_finite() && *v != 0.0).collect::<Vec<_>>();
+        let mut at = |share: f64| {
+            let place = (share * seen.len() as f64) as usize;
+            if seen.is_empty() { 0.0 } else { *seen.select_nth_unstable_by(place, f64::total_cmp).1 }
+        };
+        let (median, low) = (at(0.5), at(0.16));
+        let scatter = (median - low).max(1e-30);
         Self { radius, sigma: map.into_iter().map(|v| (v - median) / scatter).collect() }
     }
 
@@ -152,22 +154,20 @@ pub fn common_shift(frame: &Frame, predicted: &[Segment], fwhm: f64, search_px: 
         return DVec2::ZERO;
     }
     let radius = map_radius(search_px, fwhm);
-    let mut stack: Option<Map> = None;
-    let mut levels = Vec::new();
-    for source in predicted {
+    let mapped = |source: &Segment| {
         let reach = DVec2::splat(radius as f64 + 4.0 * fwhm) + source.half.abs();
         let mesh = Mesh::around(frame, source.centre, reach, cell_px);
         let map = Map::new(frame, source, radius, fwhm, &mesh, |_| false);
-        levels.push(mesh);
         // brighter sources count no more than those of 10 sigma, and keep their summits
         let scale = (10.0 / map.sigma.iter().copied().fold(10.0, f64::max)).min(1.0);
         let capped = map.sigma.into_iter().map(|s| if s.is_nan() { 0.0 } else { (s * scale).max(-5.0) });
-        match &mut stack {
-            None => stack = Some(Map { radius, sigma: capped.collect() }),
-            Some(sum) => sum.sigma.iter_mut().zip(capped).for_each(|(s, c)| *s += c),
-        }
-    }
-    let Some(stack) = stack else { return DVec2::ZERO };
+        (mesh, capped.collect::<Vec<_>>())
+    };
+    let (levels, maps): (Vec<_>, Vec<_>) = predicted.par_iter().map(mapped).unzip();
+    let mut maps = maps.into_iter();
+    let Some(mut sigma) = maps.next() else { return DVec2::ZERO };
+    maps.for_each(|map| sigma.iter_mut().zip(map).for_each(|(s, c)| *s += c));
+    let stack = Map { radius, sigma };
     let enough = FAR_SIGMA * (predicted.len() as f64).sqrt();
     // one or two stars may be mistaken for others, unless they are where they should be
     let reach = if predicted.len() < FEWEST_AFAR { (2.0 * fwhm).max(3.0) } else { WIDEST_PX };
@@ -175,15 +175,13 @@ pub fn common_shift(frame: &Frame, predicted: &[Segment], fwhm: f64, search_px: 
     if height < enough {
         return DVec2::ZERO;
     }
-    let (mut xs, mut ys) = (Vec::new(), Vec::new());
-    for (source, mesh) in predicted.iter().zip(levels) {
+    let off = |(source, mesh): (&Segment, &Mesh)| {
         let start = source.at(source.centre + peak);
         let level = mesh.mean_adu(start.centre);
-        if let Some(place) = centroid::windowed(frame, &start, fwhm, level, 2.0 * fwhm + 3.0) {
-            xs.push(place.x - source.centre.x);
-            ys.push(place.y - source.centre.y);
-        }
-    }
+        let place = centroid::windowed(frame, &start, fwhm, level, 2.0 * fwhm + 3.0)?;
+        Some((place.x - source.centre.x, place.y - source.centre.y))
+    };
+    let (mut xs, mut ys): (Vec<_>, Vec<_>) = predicted.par_iter().zip(&levels).filter_map(off).unzip();
     let median = |values: &mut Vec<f64>| {
         values.sort_by(f64::total_cmp);
         let n = values.len();

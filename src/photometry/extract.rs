@@ -6,7 +6,7 @@ use super::flag;
 use super::frame::Frame;
 use super::growth::Psf;
 use super::hidden;
-use super::optimal::{self, Fitted, Neighbour};
+use super::optimal::{self, Fit, Fitted, Neighbour};
 use super::point_image::PointImage;
 use super::segment::Segment;
 use super::single;
@@ -110,41 +110,43 @@ pub fn extract(
         target.distance(p) > core && field::covered(beside, p)
     };
     let mut source = *target;
-    let mut stamp = Stamp::gather(frame, &source, radius, core, masked);
-    let fit = |stamp: &Stamp, source: &Segment, stars: &[Neighbour]| {
-        optimal::flux(stamp, psf, &image, source, stars, &noise, core)
-    };
-    let mut fitted = fit(&stamp, &source, &stars)?;
+    let first = Stamp::gather(frame, &source, radius, core, masked);
+    let mut stamp = &first;
+    let fit =
+        |stamp, source: &Segment, stars: &[Neighbour]| optimal::fit(stamp, &image, source, stars, &noise, core);
+    let mut fitted = fit(stamp, &source, &stars)?;
     let mut flags = 0;
     for _ in 0..MOST_HIDDEN {
         let known = |place| {
-            let others = stars.iter().zip(&fitted.neighbours).map(|(s, f)| f * image.share(&s.segment, place));
-            let light = fitted.flux_e.max(0.0) * image.share(&source, place) + others.sum::<f64>().max(0.0);
-            (fitted.level_e + light, noise.total() + light)
+            let others = stars.iter().zip(fitted.neighbours()).map(|(s, f)| f * image.share(&s.segment, place));
+            let light = fitted.flux_e().max(0.0) * image.share(&source, place) + others.sum::<f64>().max(0.0);
+            (fitted.level_e() + light, noise.total() + light)
         };
-        let trail = hidden::trail(&stamp, &source, frame.star_half(), fwhm, known);
+        let trail = hidden::trail(stamp, &source, frame.star_half(), fwhm, known);
         flags |= if trail.is_some() { flag::TRAIL_CROSSING } else { 0 };
-        let point = if trail.is_none() { hidden::point(&stamp, &source, fwhm, known) } else { None };
+        let point = if trail.is_none() { hidden::point(stamp, &source, fwhm, known) } else { None };
         flags |= if point.is_some() { flag::NEIGHBOUR } else { 0 };
         let Some(segment) = trail.or(point) else { break };
         stars.push(Neighbour { segment, expected: None });
-        fitted = fit(&stamp, &source, &stars)?;
+        fitted = fit(stamp, &source, &stars)?;
     }
     let mut centre_sigma = DVec2::NAN;
-    if choice.free && fitted.flux_e > 0.0 {
-        let cleaned = without(&stamp, &image, &stars, &fitted);
+    let centred;
+    if choice.free && fitted.flux_e() > 0.0 {
+        let cleaned = without(stamp, &image, &stars, &fitted);
         let near =
             Stamp { pixels: cleaned.pixels.into_iter().filter(|p| p.distance < 3.0 * fwhm).collect(), ..cleaned };
-        let placed =
-            optimal::place(&near, &image, &source, fitted.flux_e, fitted.level_e, noise.total(), 1.5 * fwhm);
+        let (flux_e, level_e) = (fitted.flux_e(), fitted.level_e());
+        let placed = optimal::place(&near, &image, &source, flux_e, level_e, noise.total(), 1.5 * fwhm);
         if let Some(placed) = placed {
             source = source.at(placed.centre);
             centre_sigma = placed.sigma;
-            stamp = Stamp::gather(frame, &source, radius, core, masked);
-            fitted = fit(&stamp, &source, &stars)?;
+            centred = Stamp::gather(frame, &source, radius, core, masked);
+            stamp = &centred;
+            fitted = fit(stamp, &source, &stars)?;
         }
     }
-    let mut told = told(&stamp, &fitted, psf, &source, centre_sigma, choice, frame.masters_flat_rms);
+    let mut told = told(stamp, &fitted.told(psf), psf, &source, centre_sigma, choice, frame.masters_flat_rms);
     told.flags |= flags;
     Some(told.counted(frame.response_at(target.centre)))
 }
@@ -179,10 +181,10 @@ fn told(
 }
 
 /// The stamp without the light of the neighbours.
-fn without(stamp: &Stamp, image: &PointImage, stars: &[Neighbour], fitted: &Fitted) -> Stamp {
+fn without(stamp: &Stamp, image: &PointImage, stars: &[Neighbour], fitted: &Fit) -> Stamp {
     let mut clean = stamp.clone();
     for pixel in &mut clean.pixels {
-        let light = stars.iter().zip(&fitted.neighbours).map(|(s, f)| f * image.share(&s.segment, pixel.place));
+        let light = stars.iter().zip(fitted.neighbours()).map(|(s, f)| f * image.share(&s.segment, pixel.place));
         pixel.value_e -= light.sum::<f64>();
     }
     clean

@@ -15,6 +15,22 @@ impl Normal {
         Self { n, matrix: vec![0.0; n * n], right: vec![0.0; n] }
     }
 
+    /// Of data in columns: one column of derivatives for each unknown, values, and weights 1 / variance.
+    pub fn of_columns(columns: &[&[f64]], values: &[f64], weights: &[f64]) -> Self {
+        let n = columns.len();
+        let mut normal = Self::new(n);
+        for (row, column) in columns.iter().enumerate() {
+            let weighted = column.iter().zip(weights).map(|(a, w)| a * w).collect::<Vec<_>>();
+            normal.right[row] = dot(&weighted, values);
+            for (other, b) in columns.iter().enumerate().take(row + 1) {
+                let sum = dot(&weighted, b);
+                normal.matrix[row * n + other] = sum;
+                normal.matrix[other * n + row] = sum;
+            }
+        }
+        normal
+    }
+
     /// Adds `value` with `derivatives` by the unknowns and weight 1 / variance.
     pub fn add(&mut self, derivatives: &[f64], value: f64, weight: f64) {
         for (row, a) in derivatives.iter().enumerate().take(self.n) {
@@ -70,9 +86,37 @@ impl Normal {
     }
 }
 
+/// The scalar product, in four sums that do not wait for each other.
+pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let (mut sums, n) = ([0.0; 4], a.len().min(b.len()));
+    let (a, b) = (&a[..n], &b[..n]);
+    for (a, b) in a.chunks_exact(4).zip(b.chunks_exact(4)) {
+        for k in 0..4 {
+            sums[k] += a[k] * b[k];
+        }
+    }
+    let rest = a.iter().zip(b).skip(n & !3).map(|(a, b)| a * b).sum::<f64>();
+    (sums[0] + sums[2]) + (sums[1] + sums[3]) + rest
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn columns_give_the_equations_of_rows() {
+        let x = (0..11).map(|i| f64::from(i) * 0.7 - 2.0).collect::<Vec<_>>();
+        let square = x.iter().map(|x| x * x).collect::<Vec<_>>();
+        let one = vec![1.0; 11];
+        let values = x.iter().map(|x| 3.0 - x + 0.2 * x.sin()).collect::<Vec<_>>();
+        let weights = (1..12).map(f64::from).collect::<Vec<_>>();
+        let columns = Normal::of_columns(&[&one, &x, &square], &values, &weights).solve().expect("three unknowns");
+        let mut rows = Normal::new(3);
+        (0..11).for_each(|i| rows.add(&[1.0, x[i], square[i]], values[i], weights[i]));
+        let rows = rows.solve().expect("three unknowns");
+        let off = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        assert!(off(&columns.0, &rows.0) < 1e-12 && off(&columns.1, &rows.1) < 1e-12);
+    }
 
     #[test]
     fn a_line_is_fitted_with_its_covariance() {

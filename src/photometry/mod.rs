@@ -49,6 +49,7 @@ pub mod reduce;
 mod reduce_tests;
 mod response;
 pub mod rings;
+mod saturated;
 pub mod segment;
 mod shape;
 pub mod single;

@@ -19,7 +19,7 @@
 
 use super::budget::{Budget, PixelNoise};
 use super::growth::Psf;
-use super::least_squares::Normal;
+use super::least_squares::{Normal, dot};
 use super::point_image::PointImage;
 use super::segment::Segment;
 use super::stamp::{Pixel, Stamp};
@@ -60,8 +60,6 @@ pub struct Fitted {
     pub spread_px: f64,
     /// Sharp excesses left out near the target.
     pub cosmic_rays: usize,
-    /// Fluxes of the neighbours \[e\].
-    pub neighbours: Vec<f64>,
 }
 
 /// A fitted place.
@@ -75,12 +73,15 @@ pub struct Placed {
 
 /// One fit: pixels, and the shares of every source in them.
 struct Problem<'a> {
-    pixels: Vec<&'a Pixel>,
+    pixels: &'a [Pixel],
+    values: Vec<f64>,
     /// Shares of the target, then of each neighbour, pixel by pixel.
     shares: Vec<Vec<f64>>,
     expected: Vec<Option<(f64, f64)>>,
     sky_variance: f64,
     kept: Vec<bool>,
+    /// Pixels farther out are not the target's own \[px\].
+    core: f64,
 }
 
 struct Answer {
@@ -94,24 +95,33 @@ impl Problem<'_> {
         self.shares.len()
     }
 
-    /// Light of all sources in a pixel, of those alone that shine \[e\].
-    fn light(&self, fluxes: &[f64], pixel: usize) -> f64 {
-        self.shares.iter().zip(fluxes).map(|(p, f)| p[pixel] * f.max(0.0)).sum()
+    /// Sum of all sources' light in the pixels, each of the flux that `flux` makes of its own \[e\].
+    fn light(&self, fluxes: &[f64], flux: impl Fn(f64) -> f64) -> Vec<f64> {
+        let mut light = vec![0.0; self.values.len()];
+        for (shares, own) in self.shares.iter().zip(fluxes) {
+            let own = flux(*own);
+            light.iter_mut().zip(shares).for_each(|(l, p)| *l += own * p);
+        }
+        light
     }
 
-    fn variance(&self, fluxes: &[f64], pixel: usize) -> f64 {
-        self.sky_variance + self.light(fluxes, pixel)
+    /// Light of those sources alone that shine \[e\].
+    fn shining(&self, fluxes: &[f64]) -> Vec<f64> {
+        self.light(fluxes, |f| f.max(0.0))
+    }
+
+    /// 1 / variance of the pixels; 0 for those left out.
+    fn weights(&self, fluxes: &[f64]) -> Vec<f64> {
+        let weight = |(light, kept): (f64, &bool)| f64::from(u8::from(*kept)) / (self.sky_variance + light);
+        self.shining(fluxes).into_iter().zip(&self.kept).map(weight).collect()
     }
 
     /// One weighted solution with variances from `fluxes`.
     fn solve(&self, fluxes: &[f64]) -> Option<Answer> {
         let n = self.sources() + 1;
-        let mut normal = Normal::new(n);
-        let mut row = vec![1.0; n];
-        for (i, pixel) in self.pixels.iter().enumerate().filter(|(i, _)| self.kept[*i]) {
-            self.shares.iter().zip(&mut row).for_each(|(p, r)| *r = p[i]);
-            normal.add(&row, pixel.value_e, 1.0 / self.variance(fluxes, i));
-        }
+        let level = vec![1.0; self.values.len()];
+        let columns = self.shares.iter().chain([&level]).map(Vec::as_slice).collect::<Vec<_>>();
+        let mut normal = Normal::of_columns(&columns, &self.values, &self.weights(fluxes));
         for (k, expected) in self.expected.iter().enumerate() {
             if let Some((flux, sigma)) = expected {
                 let unit = (0..n).map(|j| f64::from(u8::from(j == k))).collect::<Vec<_>>();
@@ -124,13 +134,13 @@ impl Problem<'_> {
     }
 
     /// Solutions and clipping until both stand still.
-    fn settle(&mut self, core: f64) -> Option<(Answer, usize)> {
+    fn settle(&mut self) -> Option<(Answer, usize)> {
         let mut fluxes = self.expected.iter().map(|e| e.map_or(0.0, |e| e.0)).collect::<Vec<_>>();
         let mut answer = self.solve(&fluxes)?;
         let mut rays = 0;
         for round in 0..ROUNDS {
             fluxes.clone_from(&answer.fluxes);
-            let clipped = round > 0 && self.clip(&answer, core, &mut rays);
+            let clipped = round > 0 && self.clip(&answer, &mut rays);
             answer = self.solve(&fluxes)?;
             let sigma = answer.covariance[0].sqrt();
             if round > 1 && !clipped && (answer.fluxes[0] - fluxes[0]).abs() < 1e-4 * sigma {
@@ -142,34 +152,29 @@ impl Problem<'_> {
 
     /// Leaves out pixels that no image explains: what is far off outside the core, and within it only what is brighter than
     /// its neighbours as no image is. True if anything changed.
-    fn clip(&mut self, answer: &Answer, core: f64, rays: &mut usize) -> bool {
-        let excess = |i: usize| {
-            let light = self.light(&answer.fluxes, i);
-            let residual = self.pixels[i].value_e
-                - answer.level
-                - self.shares.iter().zip(&answer.fluxes).map(|(p, f)| p[i] * f).sum::<f64>();
-            (residual, (self.variance(&answer.fluxes, i) + (TOLERATED * light).powi(2)).sqrt())
-        };
-        let residuals = (0..self.pixels.len()).map(excess).collect::<Vec<_>>();
+    fn clip(&mut self, answer: &Answer, rays: &mut usize) -> bool {
+        let (light, model) = (self.shining(&answer.fluxes), self.light(&answer.fluxes, |f| f));
+        let residuals = self.values.iter().zip(&model).map(|(v, m)| v - answer.level - m).collect::<Vec<_>>();
         *rays = 0;
         let mut kept = Vec::with_capacity(residuals.len());
-        for (i, (residual, sigma)) in residuals.iter().enumerate() {
+        for (i, (residual, light)) in residuals.iter().zip(light).enumerate() {
             let pixel = self.pixels[i];
-            if residual.abs() <= CLIP_SIGMA * sigma {
+            let variance = self.sky_variance + light + (TOLERATED * light).powi(2);
+            if residual * residual <= CLIP_SIGMA * CLIP_SIGMA * variance {
                 kept.push(true);
                 continue;
             }
-            if pixel.distance > core {
+            if pixel.distance > self.core {
                 kept.push(false);
                 continue;
             }
             // pixels lie row by row: the next of the same row are next in line
             let beside = |j: Option<usize>| {
                 j.filter(|j| (self.pixels.get(*j)).is_some_and(|p| (p.place - pixel.place).length() < 1.1))
-                    .map_or(0.0, |j| residuals[j].0)
+                    .map_or(0.0, |j| residuals[j])
             };
             let neighbours = beside(i.checked_sub(1)).max(beside(Some(i + 1)));
-            let sharp = *residual > 0.0 && *residual > 4.0 * neighbours.max(*sigma);
+            let sharp = *residual > 0.0 && *residual > 4.0 * neighbours.max(variance.sqrt());
             *rays += usize::from(sharp);
             kept.push(!sharp);
         }
@@ -179,125 +184,150 @@ impl Problem<'_> {
     }
 }
 
-/// Mean and scatter of the fluxes that the profiles of the posterior make of the same pixels, with the same weights.
-fn averaged(
-    problem: &Problem,
-    answer: &Answer,
-    psf: &Psf,
-    image: &PointImage,
-    source: &Segment,
-) -> Option<(f64, f64)> {
-    let places = problem.pixels.iter().map(|p| p.place).collect::<Vec<_>>();
-    let each = psf.each(image, source, &places);
-    let mut middle = vec![0.0; places.len()];
-    each.iter().for_each(|(weight, shares)| middle.iter_mut().zip(shares).for_each(|(m, s)| *m += weight * s));
-    let weights = (0..places.len())
-        .map(|i| if problem.kept[i] { 1.0 / problem.variance(&answer.fluxes, i) } else { 0.0 })
-        .collect::<Vec<_>>();
-    // the mean image's own light, that of neighbours left as it is
-    let others = |i: usize| -> f64 {
-        problem.shares.iter().zip(&answer.fluxes).skip(1).map(|(shares, flux)| shares[i] * flux).sum()
-    };
-    let light = problem.pixels.iter().enumerate().map(|(i, p)| p.value_e - others(i)).collect::<Vec<_>>();
-    let at_mean = over_a_level(&middle, &light, &weights);
-    let (mut mean, mut square) = (0.0, 0.0);
-    for (weight, shares) in &each {
-        let off = over_a_level(shares, &light, &weights) - at_mean;
-        if off.is_finite() {
-            mean += weight * off;
-            square += weight * off * off;
-        }
-    }
-    Some((answer.fluxes[0] + mean, (square - mean * mean).max(0.0).sqrt())).filter(|(flux, _)| flux.is_finite())
+/// A source and its neighbours fitted to the pixels of a stamp.
+pub struct Fit<'a> {
+    problem: Problem<'a>,
+    answer: Answer,
+    cosmic_rays: usize,
+    image: &'a PointImage,
+    source: Segment,
+    noise: &'a PixelNoise,
 }
 
-/// The flux of an image over a level, both fitted; NaN where they are not determined.
-fn over_a_level(shares: &[f64], light: &[f64], weights: &[f64]) -> f64 {
-    let [mut ss, mut s1, mut one, mut sy, mut y1] = [0.0; 5];
-    for ((s, y), w) in shares.iter().zip(light).zip(weights) {
-        let ws = w * s;
-        ss += ws * s;
-        s1 += ws;
-        one += w;
-        sy += ws * y;
-        y1 += w * y;
-    }
-    let determinant = ss * one - s1 * s1;
-    if determinant > 0.0 { (sy * one - s1 * y1) / determinant } else { f64::NAN }
-}
-
-/// The flux of `source` in a stamp, with its neighbours; none if the pixels do not determine it.
-pub fn flux(
-    stamp: &Stamp,
-    psf: &Psf,
-    image: &PointImage,
+/// The fit of `source` and its neighbours to a stamp with a core of radius `core` \[px\]; none if the pixels do not determine
+/// the flux.
+pub fn fit<'a>(
+    stamp: &'a Stamp,
+    image: &'a PointImage,
     source: &Segment,
     neighbours: &[Neighbour],
-    noise: &PixelNoise,
+    noise: &'a PixelNoise,
     core: f64,
-) -> Option<Fitted> {
-    let pixels = stamp.pixels.iter().collect::<Vec<_>>();
+) -> Option<Fit<'a>> {
+    let pixels = &stamp.pixels[..];
     let segments = std::iter::once(source).chain(neighbours.iter().map(|n| &n.segment));
     let shares = segments.map(|s| pixels.iter().map(|p| image.share(s, p.place)).collect::<Vec<_>>()).collect();
     let expected = std::iter::once(None).chain(neighbours.iter().map(|n| n.expected)).collect();
+    let values = pixels.iter().map(|p| p.value_e).collect();
     let kept = vec![true; pixels.len()];
-    let mut problem = Problem { pixels, shares, expected, sky_variance: noise.total().max(1e-6), kept };
-    let (answer, cosmic_rays) = problem.settle(core)?;
-    let mut fitted = described(&problem, &answer, psf, image, source, noise, cosmic_rays, core);
-    if psf.own
-        && let Some((flux_e, doubt_e)) = averaged(&problem, &answer, psf, image, source)
-    {
-        (fitted.flux_e, fitted.doubt_e) = (flux_e, Some(doubt_e));
-    }
-    Some(fitted)
+    let mut problem =
+        Problem { pixels, values, shares, expected, sky_variance: noise.total().max(1e-6), kept, core };
+    let (answer, cosmic_rays) = problem.settle()?;
+    Some(Fit { problem, answer, cosmic_rays, image, source: *source, noise })
 }
 
-#[allow(clippy::too_many_arguments)]
-fn described(
-    problem: &Problem,
-    answer: &Answer,
-    psf: &Psf,
-    image: &PointImage,
-    source: &Segment,
-    noise: &PixelNoise,
-    cosmic_rays: usize,
-    core: f64,
-) -> Fitted {
-    let n = problem.sources() + 1;
-    let own = &problem.shares[0];
-    let (mut square, mut shot, mut alone, mut chi2, mut freedom, mut spread) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
-    let mut weights = psf.no_weights();
-    for (i, pixel) in problem.pixels.iter().enumerate().filter(|(i, _)| problem.kept[*i]) {
-        let (light, variance) = (problem.light(&answer.fluxes, i), problem.variance(&answer.fluxes, i));
-        let by_source = problem.shares.iter().enumerate().map(|(k, p)| answer.covariance[k] * p[i]).sum::<f64>();
-        let a = (by_source + answer.covariance[n - 1]) / variance;
-        square += a * a;
-        shot += a * a * light;
-        alone += own[i] * own[i] / variance;
-        spread += own[i] * own[i];
-        psf.add_pixel(&mut weights, image, source, pixel.place, a);
-        if pixel.distance <= core {
-            let model =
-                problem.shares.iter().zip(&answer.fluxes).map(|(p, f)| p[i] * f).sum::<f64>() + answer.level;
-            chi2 += (pixel.value_e - model).powi(2) / variance;
-            freedom += 1.0;
+impl Fit<'_> {
+    /// Flux of the source \[e\].
+    pub fn flux_e(&self) -> f64 {
+        self.answer.fluxes[0]
+    }
+
+    /// Background \[e/px\] above bias.
+    pub fn level_e(&self) -> f64 {
+        self.answer.level
+    }
+
+    /// Fluxes of the neighbours \[e\].
+    pub fn neighbours(&self) -> &[f64] {
+        &self.answer.fluxes[1..]
+    }
+
+    /// The flux with its errors, over the profiles of the posterior.
+    pub fn told(&self, psf: &Psf) -> Fitted {
+        let fitted = self.described(psf);
+        match self.averaged(psf).filter(|_| psf.own) {
+            Some((flux_e, doubt_e)) => Fitted { flux_e, doubt_e: Some(doubt_e), ..fitted },
+            None => fitted,
         }
     }
-    // a lonely flux over a known level has the variance 1 / alone: the fit of level and neighbours adds the rest
-    let (variance, lonely) = (answer.covariance[0], 1.0 / alone);
-    let scale = lonely / (square * noise.total() + shot);
-    let mut budget = noise.weighted(square * scale, shot * scale);
-    budget.background = (variance - lonely).max(0.0).sqrt();
-    Fitted {
-        flux_e: answer.fluxes[0],
-        budget,
-        level_e: answer.level,
-        doubt_e: None,
-        shares: psf.shares(&weights),
-        chi2: chi2 / f64::max(freedom - n as f64, 1.0),
-        spread_px: 1.0 / spread,
-        cosmic_rays,
-        neighbours: answer.fluxes[1..].to_vec(),
+
+    fn described(&self, psf: &Psf) -> Fitted {
+        let (problem, answer, noise) = (&self.problem, &self.answer, self.noise);
+        let n = problem.sources() + 1;
+        let own = &problem.shares[0];
+        let (light, model) = (problem.shining(&answer.fluxes), problem.light(&answer.fluxes, |f| f));
+        let (mut square, mut shot, mut alone, mut chi2, mut freedom, mut spread) = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0);
+        let mut weights = psf.no_weights();
+        for (i, pixel) in problem.pixels.iter().enumerate().filter(|(i, _)| problem.kept[*i]) {
+            let (light, variance) = (light[i], problem.sky_variance + light[i]);
+            let by_source =
+                problem.shares.iter().enumerate().map(|(k, p)| answer.covariance[k] * p[i]).sum::<f64>();
+            let a = (by_source + answer.covariance[n - 1]) / variance;
+            square += a * a;
+            shot += a * a * light;
+            alone += own[i] * own[i] / variance;
+            spread += own[i] * own[i];
+            psf.add_pixel(&mut weights, self.image, &self.source, pixel.place, a);
+            if pixel.distance <= problem.core {
+                chi2 += (pixel.value_e - model[i] - answer.level).powi(2) / variance;
+                freedom += 1.0;
+            }
+        }
+        // a lonely flux over a known level has the variance 1 / alone: the fit of level and neighbours adds the rest
+        let (variance, lonely) = (answer.covariance[0], 1.0 / alone);
+        let scale = lonely / (square * noise.total() + shot);
+        let mut budget = noise.weighted(square * scale, shot * scale);
+        budget.background = (variance - lonely).max(0.0).sqrt();
+        Fitted {
+            flux_e: answer.fluxes[0],
+            budget,
+            level_e: answer.level,
+            doubt_e: None,
+            shares: psf.shares(&weights),
+            chi2: chi2 / f64::max(freedom - n as f64, 1.0),
+            spread_px: 1.0 / spread,
+            cosmic_rays: self.cosmic_rays,
+        }
+    }
+
+    /// Mean and scatter of the fluxes that the profiles of the posterior make of the same pixels, with the same weights.
+    fn averaged(&self, psf: &Psf) -> Option<(f64, f64)> {
+        let (problem, answer) = (&self.problem, &self.answer);
+        let places = problem.pixels.iter().map(|p| p.place).collect::<Vec<_>>();
+        let each = psf.each(self.image, &self.source, &places);
+        let mut middle = vec![0.0; places.len()];
+        each.iter().for_each(|(weight, shares)| middle.iter_mut().zip(shares).for_each(|(m, s)| *m += weight * s));
+        let weights = problem.weights(&answer.fluxes);
+        // the mean image's own light, that of neighbours left as it is
+        let mut light = problem.values.clone();
+        for (shares, flux) in problem.shares.iter().zip(&answer.fluxes).skip(1) {
+            light.iter_mut().zip(shares).for_each(|(l, s)| *l -= flux * s);
+        }
+        let level = LevelSums::new(&light, &weights);
+        let at_mean = level.flux(&middle);
+        let (mut mean, mut square) = (0.0, 0.0);
+        for (weight, shares) in &each {
+            let off = level.flux(shares) - at_mean;
+            if off.is_finite() {
+                mean += weight * off;
+                square += weight * off * off;
+            }
+        }
+        Some((answer.fluxes[0] + mean, (square - mean * mean).max(0.0).sqrt()))
+            .filter(|(flux, _)| flux.is_finite())
+    }
+}
+
+/// Light and weights of pixels, and their sums, for the flux of images over a level.
+struct LevelSums<'a> {
+    weights: &'a [f64],
+    weighted: Vec<f64>,
+    one: f64,
+    light: f64,
+}
+
+impl<'a> LevelSums<'a> {
+    fn new(light: &[f64], weights: &'a [f64]) -> Self {
+        let weighted = light.iter().zip(weights).map(|(y, w)| y * w).collect::<Vec<_>>();
+        Self { one: weights.iter().sum(), light: weighted.iter().sum(), weights, weighted }
+    }
+
+    /// The flux of an image over a level, both fitted; NaN where they are not determined.
+    fn flux(&self, shares: &[f64]) -> f64 {
+        let squares = shares.iter().map(|s| s * s).collect::<Vec<_>>();
+        let (ss, s1, sy) = (dot(self.weights, &squares), dot(self.weights, shares), dot(&self.weighted, shares));
+        let determinant = ss * self.one - s1 * s1;
+        if determinant > 0.0 { (sy * self.one - s1 * self.light) / determinant } else { f64::NAN }
     }
 }
 

@@ -10,6 +10,7 @@
 
 use super::profile::Grid;
 use super::segment::Segment;
+use crate::base::elementary::ln;
 use glam::{DMat2, DVec2};
 use std::sync::OnceLock;
 
@@ -163,7 +164,7 @@ impl PointImage {
     fn interval(&self, x: f64) -> (i64, f64) {
         // asinh of a number that is not negative
         let x = x / self.soft;
-        let t = ((x + (x * x + 1.0).sqrt()).ln() / self.step).clamp(0.0, (NODES - 3) as f64);
+        let t = (ln(x + (x * x + 1.0).sqrt()) / self.step).clamp(0.0, (NODES - 3) as f64);
         let node = t as i64;
         (node, t - node as f64)
     }

@@ -11,9 +11,11 @@ use super::centroid;
 use super::detection::{self, DetectionError, Plane, Source, Sources};
 use super::field::{self, FieldStar};
 use super::frame::Frame;
+use super::saturated;
 use super::segment::Segment;
 use super::single;
 use glam::DVec2;
+use rayon::prelude::*;
 
 /// Most stars that the quick check centres.
 const CHECK_STARS: usize = 80;
@@ -23,6 +25,8 @@ const MOST_DETECTIONS: usize = 3000;
 const CHECK_SNR: f64 = 8.0;
 /// The header's world coordinates are kept where the stars' differ by no more of their own errors.
 const AGREES_SIGMA: f64 = 4.0;
+/// Ends of trails that are off by more make a second search worth its time \[px\].
+const TURNED_PX: f64 = 0.1;
 /// What a map may be off by without harm \[px\].
 const AGREES_PX: f64 = 0.1;
 
@@ -64,18 +68,38 @@ pub fn check(frame: &mut Frame, stars: &[FieldStar], settings: &Settings) -> Res
 /// # Errors
 /// Why there is no solution, with the counts.
 pub fn search(frame: &mut Frame, stars: &[FieldStar]) -> Result<Solved, Refusal> {
-    let found = detections(frame).unwrap_or_default();
+    let (header, size) = (frame.wcs, [frame.width, frame.height]);
     let search = Search { flipped: frame.approximate, ..Search::default() };
-    let solution = astrometry::solve(&found, stars, &frame.wcs, [frame.width, frame.height], &search)?;
+    let solve =
+        |frame: &Frame| astrometry::solve(&detections(frame).unwrap_or_default(), stars, &header, size, &search);
+    let mut solution = solve(frame)?;
+    // trails that were taken to run another way were badly centred
+    let assumed = frame.star_half();
+    frame.wcs = solution.wcs;
+    let true_half = frame.star_half();
+    if (true_half - assumed).length().min((true_half + assumed).length()) > TURNED_PX {
+        solution = solve(frame).unwrap_or(solution);
+    }
+    frame.wcs = header;
     Ok(adopt(frame, solution))
 }
 
 /// Everything in a frame that drew the stars' trail, the most significant first.
 fn detections(frame: &Frame) -> Result<Vec<Detection>, DetectionError> {
     let found = whole(frame, frame.star_half(), &[])?.stars;
-    let usable = found.iter().filter(|s| !s.edge).take(MOST_DETECTIONS);
-    let sigma = |s: &Source| (s.place_sigma[0].hypot(s.place_sigma[1]) / std::f64::consts::SQRT_2).max(0.02);
-    Ok(usable.map(|s| Detection { at: s.place, flux: s.flux, sigma: sigma(s) }).collect())
+    let usable = found.iter().filter(|s| !s.edge).take(MOST_DETECTIONS).collect::<Vec<_>>();
+    let fwhm = frame.expected_fwhm_px();
+    let image = saturated::image(fwhm);
+    let sigma = |along: f64, across: f64| (along.hypot(across) / std::f64::consts::SQRT_2).max(0.02);
+    let placed = |s: &&Source| {
+        let by_wings = || saturated::place(frame, &image, &Segment { centre: s.place, half: s.half }, fwhm);
+        let (at, sigma) = match Some(s).filter(|s| s.saturated).and_then(|_| by_wings()) {
+            Some(placed) => (placed.centre, sigma(placed.sigma.x, placed.sigma.y)),
+            None => (s.place, sigma(s.place_sigma[0], s.place_sigma[1])),
+        };
+        Detection { at, flux: s.flux, sigma }
+    };
+    Ok(usable.par_iter().map(placed).collect())
 }
 
 /// Sources of a whole frame: those that drew the stars' trail, and those that drew others.
@@ -119,20 +143,18 @@ fn centred(frame: &Frame, stars: &[FieldStar], fwhm: f64, settings: &Settings) -
     let (tracks, _) = calibrate::shifted(frame, tracks, fwhm, settings);
     let nowhere = Segment::point(DVec2::splat(-1e6));
     let lonely = field::alone(frame, &tracks, &nowhere, 2.0 * fwhm, 4.0 * fwhm);
-    let mut found = Vec::new();
-    for index in lonely.into_iter().take(CHECK_STARS) {
+    let centred = |&index: &usize| {
         let segment = tracks[index].segment;
         let beside = field::around(&tracks, &segment, 10.0 * fwhm, Some(index));
         let look = single::look(frame, &segment, fwhm, &beside);
         if look.saturated || look.snr.is_nan() || look.snr < CHECK_SNR {
-            continue;
+            return None;
         }
-        if let Some(at) = centroid::windowed(frame, &segment, fwhm, look.background_adu, 2.0 * fwhm + 3.0) {
-            // a trail's middle is known across it as a point's is, and along it by its ends
-            let along = fwhm.hypot(segment.length() * 0.5);
-            let sigma = (fwhm / 2.355).hypot(along / 2.355) / std::f64::consts::SQRT_2 / look.snr;
-            found.push(Detection { at, flux: look.light_e, sigma: sigma.max(0.01) });
-        }
-    }
-    found
+        let at = centroid::windowed(frame, &segment, fwhm, look.background_adu, 2.0 * fwhm + 3.0)?;
+        // a trail's middle is known across it as a point's is, and along it by its ends
+        let along = fwhm.hypot(segment.length() * 0.5);
+        let sigma = (fwhm / 2.355).hypot(along / 2.355) / std::f64::consts::SQRT_2 / look.snr;
+        Some(Detection { at, flux: look.light_e, sigma: sigma.max(0.01) })
+    };
+    lonely.par_iter().take(CHECK_STARS).filter_map(centred).collect()
 }

@@ -66,24 +66,23 @@ pub fn alcdef(curve: &LightCurve, station: &str) -> Result<Option<String>, Strin
 }
 
 /// The columns of a table as plain CSV (RFC 4180), NaN as `nan`.
-pub fn csv(table: &Table) -> String {
-    let quoted = |text: &str| {
-        if text.contains(['"', ',', '\n', '\r']) {
-            format!("\"{}\"", text.replace('"', "\"\""))
-        } else {
-            text.to_owned()
-        }
-    };
+///
+/// # Errors
+/// Columns of different lengths.
+pub fn csv(table: &Table) -> Result<String, csv::Error> {
     let cell = |values: &Values, row: usize| match values {
-        Values::Float(v) => {
-            v.get(row).map_or_else(String::new, |x| if x.is_nan() { "nan".into() } else { x.to_string() })
-        }
-        Values::Int(v) => v.get(row).map_or_else(String::new, ToString::to_string),
-        Values::Text(v) => v.get(row).map_or_else(String::new, |t| quoted(t)),
-        Values::Bool(v) => v.get(row).map_or_else(String::new, ToString::to_string),
+        Values::Float(v) => v.get(row).map(|x| if x.is_nan() { "nan".into() } else { x.to_string() }),
+        Values::Int(v) => v.get(row).map(ToString::to_string),
+        Values::Text(v) => v.get(row).cloned(),
+        Values::Bool(v) => v.get(row).map(ToString::to_string),
     };
-    let names = table.columns.iter().map(|c| &*c.name).collect::<Vec<_>>().join(",");
-    let row = |i: usize| table.columns.iter().map(|c| cell(&c.values, i)).collect::<Vec<_>>().join(",");
-    let rows = (0..table.rows()).map(|i| row(i) + "\n").collect::<String>();
-    format!("{names}\n{rows}")
+    let mut text = Vec::new();
+    let mut writer = csv::Writer::from_writer(&mut text);
+    writer.write_record(table.columns.iter().map(|c| &*c.name))?;
+    for row in 0..table.rows() {
+        writer.write_record(table.columns.iter().filter_map(|c| cell(&c.values, row)))?;
+    }
+    writer.flush()?;
+    drop(writer);
+    Ok(String::from_utf8_lossy(&text).into_owned())
 }

@@ -42,6 +42,26 @@ pub struct Job<'j> {
     pub done: &'j (dyn Fn() + Sync),
 }
 
+impl<'j> Job<'j> {
+    /// Measure what the headers of frames name, and tell nobody on the way.
+    pub fn new(frames: &'j [PathBuf], catalogue: &'j Catalogue, settings: Settings) -> Self {
+        Self {
+            frames,
+            place: Place::Header,
+            scene: None,
+            catalogue,
+            settings,
+            errors: false,
+            overrides: Overrides::default(),
+            objects: Vec::new(),
+            masters: None,
+            told: &|_, _, _| {},
+            seen: &|_, _, _, _| {},
+            done: &|| {},
+        }
+    }
+}
+
 /// An object found in frames, and where it is in each of them.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {

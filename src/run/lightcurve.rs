@@ -63,19 +63,17 @@ pub fn measure_frames(job: &Job) -> Result<LightCurve, RunError> {
     };
     let first = job.frames.par_iter().enumerate().map(|(number, path)| {
         let ready = ready(path, job, &light, true)?;
-        // a frame that may yet be told by its neighbours waits for them
-        let waits = ready.standing.solution.is_none() && job.frames.len() > 1;
-        let rows = if waits { None } else { Some(measured(number, path, &ready.frame, &ready.stars)?) };
+        let rows = measured(number, path, &ready.frame, &ready.stars)?;
         (job.done)();
         Ok((ready.standing, rows))
     });
     let (standings, rows): (Vec<_>, Vec<_>) = first.collect::<Result<Vec<_>, RunError>>()?.into_iter().unzip();
-    let second = rows.into_par_iter().enumerate().map(|(number, rows)| match rows {
-        Some(rows) => Ok(rows),
-        None => {
-            let path = &job.frames[number];
-            let (frame, stars) = lent(path, number, &standings, job, &light)?;
-            measured(number, path, &frame, &stars)
+    // where another frame's stars know better than the header, the frame is measured again
+    let second = rows.into_par_iter().enumerate().map(|(number, rows)| {
+        let path = &job.frames[number];
+        match lent(path, number, &standings, job, &light)? {
+            Some((frame, stars)) => measured(number, path, &frame, &stars),
+            None => Ok(rows),
         }
     });
     let mut rows = second.collect::<Result<Vec<_>, RunError>>()?.into_iter().flatten().collect::<Vec<_>>();

@@ -80,7 +80,7 @@ pub(super) fn ready(path: &Path, job: &Job, light: &StarLight, told: bool) -> Re
 }
 
 /// A frame whose own stars tell nothing, with world coordinates borrowed from the frame nearest in time whose stars do, if
-/// these found that one's header wrong; else as its header says.
+/// these found that one's header wrong; none if it is as its header says, or known by its own stars.
 ///
 /// # Errors
 /// [`RunError`] for a frame that cannot be read.
@@ -90,32 +90,28 @@ pub(super) fn lent(
     standings: &[Standing],
     job: &Job,
     light: &StarLight,
-) -> Result<(Frame, Vec<FieldStar>), RunError> {
+) -> Result<Option<(Frame, Vec<FieldStar>)>, RunError> {
+    let Some(one) = standings.get(number).filter(|s| s.solution.is_none()) else { return Ok(None) };
+    let Some((lender, borrowed)) = borrowed(one, standings) else {
+        if standings.iter().any(|s| s.solution.is_some() && !s.moved) {
+            let what = "world coordinates of the header, as the stars of other frames confirm theirs";
+            (job.told)(path, what, false);
+        }
+        return Ok(None);
+    };
     let (mut frame, _) = read(path, job)?;
-    match standings.get(number).and_then(|one| borrowed(one, standings)) {
-        Some((lender, borrowed)) => {
-            let from = job.frames.get(lender).map(|p| p.display().to_string()).unwrap_or_default();
-            let (error, minutes) = (borrowed.error / ARCSEC, standings[lender].time.since(&frame.time) / 60.0);
-            let what = format!(
-                "world coordinates borrowed from {from}, {:.1} min {}, good to {error:.1} arcsec",
-                minutes.abs(),
-                if minutes > 0.0 { "later" } else { "earlier" }
-            );
-            (job.told)(path, &what, true);
-            frame.wcs = borrowed.wcs;
-            frame.approximate = false;
-        }
-        None if standings.iter().any(|s| s.solution.is_some() && !s.moved) => {
-            (job.told)(
-                path,
-                "world coordinates of the header, as the stars of other frames confirm theirs",
-                false,
-            );
-        }
-        None => {}
-    }
+    let from = job.frames.get(lender).map(|p| p.display().to_string()).unwrap_or_default();
+    let (error, minutes) = (borrowed.error / ARCSEC, standings[lender].time.since(&frame.time) / 60.0);
+    let what = format!(
+        "world coordinates borrowed from {from}, {:.1} min {}, good to {error:.1} arcsec",
+        minutes.abs(),
+        if minutes > 0.0 { "later" } else { "earlier" }
+    );
+    (job.told)(path, &what, true);
+    frame.wcs = borrowed.wcs;
+    frame.approximate = false;
     let stars = field_stars(&frame, job.catalogue, light, 0.0);
-    Ok((frame, stars))
+    Ok(Some((frame, stars)))
 }
 
 /// What the nearest frame with a solution of its own lends, and its number.

@@ -6,6 +6,7 @@ use super::shape_pole::Rotation;
 pub use super::shape_words::{Errors, summary};
 use super::shape_words::{claims, sky};
 use crate::inversion::nonconvex::metrics::{aligned, bulk, distance, intersection_over_union};
+use crate::inversion::nonconvex::registration::turned_over;
 use crate::inversion::nonconvex::{Call, Triangle};
 use crate::io::shape_file::{Body, Face, Uncertainty};
 use glam::DVec3;
@@ -18,21 +19,25 @@ const ALIGNED: usize = 1 << 17;
 /// Points on surfaces for distances.
 const POINTS: usize = 4000;
 
-/// Against the true triangles, part by part, after laying one on the other without turning it; none without a shape, or where the
-/// pole was sought: the body's axes are then its own.
-pub fn errors(found: &Found, truth: &[Vec<Triangle>]) -> Option<Errors> {
+/// Against the true triangles, part by part, after laying one on the other; it is turned only where the pole was sought, as the body's
+/// axes are then its own. None without a shape.
+pub fn errors(found: &Found, data: &Data, truth: &[Vec<Triangle>]) -> Option<Errors> {
+    let relative = is_relative(found, data);
     let own = found.triangles();
     let volume = |parts: &[Vec<Triangle>]| bulk(parts, COLUMNS).volume;
-    if own.is_empty() || truth.is_empty() || found.rotation.is_some() {
+    if own.is_empty() || truth.is_empty() {
         return None;
     }
-    let own = aligned(truth, &own, ALIGNED);
+    let volume_ratio = volume(&own) / volume(truth);
+    let turned = found.rotation.is_some();
+    let own = if turned { turned_over(truth, &own, relative) } else { aligned(truth, &own, ALIGNED) };
     let apart = distance(truth, &own, POINTS);
     Some(Errors {
         iou: intersection_over_union(truth, &own, COLUMNS),
         hausdorff: apart.hausdorff,
         chamfer: apart.chamfer,
-        volume_ratio: volume(&own) / volume(truth),
+        volume_ratio,
+        turned,
     })
 }
 
@@ -149,7 +154,7 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
             "scan": f.scan.iter().map(|s| json!({ "angle_deg": s.angle.to_degrees(), "chi2": s.chi2 })).collect::<Vec<_>>(),
         })),
         "errors": errors.map(|e| json!({
-            "iou": e.iou, "hausdorff": e.hausdorff, "chamfer": e.chamfer, "volume_ratio": e.volume_ratio,
+            "iou": e.iou, "hausdorff": e.hausdorff, "chamfer": e.chamfer, "volume_ratio": e.volume_ratio, "turned": e.turned,
         })),
         "input": data.told,
     })

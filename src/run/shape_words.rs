@@ -18,6 +18,8 @@ pub struct Errors {
     pub chamfer: f64,
     /// Volume over the true one.
     pub volume_ratio: f64,
+    /// Whether it was turned to lie over the true one, and scaled if its size means nothing.
+    pub turned: bool,
 }
 
 /// What may be said of the shape, sentence by sentence.
@@ -176,12 +178,10 @@ pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<Strin
     {
         lines.push("too few points for boxes and panels: the shape given is the convex one".into());
     }
-    if found.rotation.is_some() {
-        lines.push("not compared with a truth: the body's axes are those of the rotation found".into());
-    }
     if let Some(e) = errors {
         lines.push(format!(
-            "against the truth: volumes in common {:.3}, {:.3} of its volume, surfaces {:.4} of the diagonal apart on average, {:.3} at most",
+            "against the truth{}: volumes in common {:.3}, {:.3} of its volume, surfaces {:.4} of the diagonal apart on average, {:.3} at most",
+            if e.turned { ", turned over it" } else { "" },
             e.iou, e.volume_ratio, e.chamfer, e.hausdorff
         ));
     }

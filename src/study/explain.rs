@@ -6,8 +6,6 @@
 use super::report::{MOST_FRAMES, report};
 use crate::base::ledger::Ledger;
 use crate::camera::scenery::Scenery;
-use crate::photometry::Place;
-use crate::photometry::header::Overrides;
 use crate::plan::view::View;
 use crate::run::job::Job;
 use crate::run::lightcurve::{measure_frames, settings};
@@ -118,20 +116,7 @@ fn one_frame(
     }
     let catalogue = catalogue(scene).map_err(SimulateError::from)?;
     let began = clock();
-    measure_frames(&Job {
-        frames: &[dir.frame(frame)],
-        place: Place::Header,
-        scene: Some(scene),
-        catalogue: &catalogue,
-        settings: settings(scene),
-        errors: false,
-        overrides: Overrides::default(),
-        objects: Vec::new(),
-        masters: None,
-        told: &|_, _, _| (),
-        seen: &|_, _, _, _| {},
-        done: &|| (),
-    })?;
+    measure_frames(&Job { scene: Some(scene), ..Job::new(&[dir.frame(frame)], &catalogue, settings(scene)) })?;
     let measure_s = clock() - began;
     Ok([make_s, measure_s, page()])
 }

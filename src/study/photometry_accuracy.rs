@@ -7,7 +7,7 @@ use super::errors::{Errors, row};
 use crate::base::accuracy::AccuracyRow;
 use crate::light::colour::StarLight;
 use crate::photometry::header::Overrides;
-use crate::photometry::{Frame, Place, Settings};
+use crate::photometry::{Frame, Settings};
 use crate::run::RunError;
 use crate::run::job::Job;
 use crate::run::lightcurve::{measure_frame, settings};
@@ -54,20 +54,8 @@ pub fn rows(simulator: &Simulator, clock: &(dyn Fn() -> f64 + Sync)) -> Result<V
     ];
     let mut rows = Vec::new();
     for (name, method, aperture_px) in tried {
-        let job = Job {
-            frames: &[],
-            place: Place::Header,
-            scene: Some(scene),
-            catalogue: &catalogue,
-            settings: Settings { method, aperture_px, ..own.clone() },
-            errors: false,
-            overrides: Overrides::default(),
-            objects: Vec::new(),
-            masters: None,
-            told: &|_, _, _| (),
-            seen: &|_, _, _, _| {},
-            done: &|| (),
-        };
+        let how = Settings { method, aperture_px, ..own.clone() };
+        let job = Job { scene: Some(scene), ..Job::new(&[], &catalogue, how) };
         let began = clock();
         let mut errors = Vec::new();
         for (frame, stars, electrons, bound) in &frames {

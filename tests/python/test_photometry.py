@@ -257,3 +257,21 @@ def test_tracking_data_messages(night):
     expected = np.array([rows["ra_deg"], rows["dec_deg"], rows["mag_v"]]).T.ravel()
     assert len(values) == 15 and np.max(np.abs(np.array(values) - expected)) < 1e-9
     assert str(segments[0].metadata.reference_frame).endswith("ICRF")
+
+
+def test_parquet_holds_the_table(night, nightglass, tmp_path):
+    """An independent reader finds the columns, their units and every number of the table."""
+    if "parquet" not in nightglass("photometry", "--help"):
+        pytest.skip("built without the feature parquet")
+    import pyarrow.parquet
+
+    out, _ = night
+    frames = sorted((out / "frames").glob("*.fits"))
+    nightglass("photometry", *frames, "-o", tmp_path, "--also", "parquet", "-q")
+    rows = Table.read(tmp_path / "lightcurve.ecsv", format="ascii.ecsv")
+    found = pyarrow.parquet.read_table(tmp_path / "lightcurve.parquet")
+    assert found.column_names == rows.colnames
+    for name in rows.colnames:
+        own, theirs = np.asarray(rows[name]), found[name].to_pylist()
+        same = [a == b or (a != a and b != b) for a, b in zip(own.tolist(), theirs)]
+        assert all(same) and len(same) == 5, name

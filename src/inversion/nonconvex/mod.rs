@@ -25,6 +25,7 @@ mod held_out;
 pub mod metrics;
 mod part;
 mod propose;
+pub mod registration;
 mod render;
 mod rivals;
 mod search;
