@@ -28,8 +28,8 @@ const AKAIKE: f64 = 2.0;
 const HOPELESS: f64 = 3.0;
 /// Criterion above the best up to which a basin is settled.
 const SETTLED: f64 = 30.0;
-/// Most basins that a ring is laid in.
-const SETTLED_BASINS: usize = 2;
+/// Most basins that the first rings are laid in; one less afterwards.
+const BASINS: usize = 3;
 /// Starts of a ring.
 const RING: usize = 6;
 /// Radius of each ring about a basin's best \[rad\].
@@ -151,12 +151,14 @@ pub(super) fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Foun
             starts.push((place, k >= direct));
         }
     }
-    starts.sort_by(|a, b| a.0.chi2.total_cmp(&b.0.chi2));
     let refine = |(place, alias): &(Place, bool)| {
         Ok(Minimum { alias: *alias, ..task.refine(place.pole, place.period, step, options)? })
     };
     let all: Vec<Minimum> = starts.par_iter().map(refine).collect::<Result<_, EgiError>>()?;
-    let all = settle(task, all, step, options)?;
+    // the best of the inner problem lead to the true basin more surely than to its bottom
+    let lowest = starts.iter().zip(&all).min_by(|a, b| a.0.0.chi2.total_cmp(&b.0.0.chi2)).map(|(_, m)| m);
+    let promising: Vec<Minimum> = all.first().into_iter().chain(lowest).cloned().collect();
+    let all = settle(task, all, &promising, step, options)?;
     let refined = all.len();
     let limit = all.first().map_or(0.0, |best| best.criterion + scan.within);
     let mut minima: Vec<Minimum> = Vec::new();
@@ -168,24 +170,29 @@ pub(super) fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Foun
     Ok(Found { map, minima, refined })
 }
 
-/// All minima with those that rings about the best of each basin lead to, the best first.
-fn settle(task: &Task, mut all: Vec<Minimum>, step: f64, options: &Options) -> Result<Vec<Minimum>, EgiError> {
+/// All minima with those that rings lead to, the best first: about the promising ones at first, and about the best of every basin near the best.
+fn settle(
+    task: &Task,
+    mut all: Vec<Minimum>,
+    promising: &[Minimum],
+    step: f64,
+    options: &Options,
+) -> Result<Vec<Minimum>, EgiError> {
     let by_criterion = |a: &Minimum, b: &Minimum| a.criterion.total_cmp(&b.criterion);
     let basin = |a: &Minimum, b: &Minimum| {
         angle(a.pole, b.pole) < 1.6 * step && task.spin.cycles(a.period, b.period).abs() < 0.5
     };
-    // the best of the inner problem leads to the true basin more surely than to its bottom
-    let promising = all.first().cloned();
     for (ring, radius) in RADII.into_iter().enumerate() {
         all.sort_by(by_criterion);
         let limit = all.first().map_or(f64::INFINITY, |best| best.criterion + SETTLED);
-        let promised = |m: &Minimum| ring == 0 && promising.as_ref().is_some_and(|p| basin(p, m));
+        let near = all.iter().take_while(|m| m.criterion <= limit);
         let mut heads: Vec<Minimum> = Vec::new();
-        for minimum in all.iter().filter(|m| m.criterion <= limit || promised(m)) {
-            if heads.len() < SETTLED_BASINS && !heads.iter().any(|h| basin(h, minimum)) {
+        for minimum in near.chain(promising.iter().filter(|_| ring == 0)) {
+            if !heads.iter().any(|h| basin(h, minimum)) {
                 heads.push(minimum.clone());
             }
         }
+        heads.truncate(if ring == 0 { BASINS } else { BASINS - 1 });
         let start = |k: usize| {
             let head = &heads[k / RING];
             let turn = TAU * ((k % RING) as f64 + 0.5 * ring as f64) / RING as f64;
