@@ -28,7 +28,7 @@ const AKAIKE: f64 = 2.0;
 const HOPELESS: f64 = 3.0;
 /// Criterion above the best up to which a basin is settled.
 const SETTLED: f64 = 30.0;
-/// Most basins that the first rings are laid in; one less afterwards.
+/// Most basins that rings are laid in.
 const BASINS: usize = 3;
 /// Starts of a ring.
 const RING: usize = 6;
@@ -192,7 +192,7 @@ fn settle(
                 heads.push(minimum.clone());
             }
         }
-        heads.truncate(if ring == 0 { BASINS } else { BASINS - 1 });
+        heads.truncate(BASINS);
         let start = |k: usize| {
             let head = &heads[k / RING];
             let turn = TAU * ((k % RING) as f64 + 0.5 * ring as f64) / RING as f64;
