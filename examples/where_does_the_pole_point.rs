@@ -1,8 +1,8 @@
 //! Where a spinning body's pole may point, and how well its law is known: seeds of a body of 14 facets in four nights, and of a box 1:2:3 with a
 //! lobe, both at SNR 30.
 //!
-//! `cargo run --release --example where_does_the_pole_point [poles|law] [seeds] [minima refined]`; one seed of both, 8 minima if nothing is
-//! given.
+//! `cargo run --release --example where_does_the_pole_point [poles|law] [seeds] [minima followed] [first seed]`; one seed of both, 8
+//! minima, from seed 1 on if nothing is given.
 use glam::DVec3;
 use nightglass::inversion::egi::{Curve, Options, Problem, Scale};
 use nightglass::inversion::pole::{Scan, Spinning, body_axes, scan};
@@ -17,8 +17,9 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let what = std::env::args().nth(1).unwrap_or("both".into());
     let seeds: u64 = std::env::args().nth(2).map_or(Ok(1), |v| v.parse())?;
     let refined: usize = std::env::args().nth(3).map_or(Ok(Scan::default().refined), |v| v.parse())?;
+    let first: u64 = std::env::args().nth(4).map_or(Ok(1), |v| v.parse())?;
     let (mut poles, mut laws) = (0, 0);
-    for seed in 1..=seeds {
+    for seed in (first..).take(usize::try_from(seeds)?) {
         if what != "law" {
             poles += u64::from(pole(seed, refined)?);
         }

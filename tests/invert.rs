@@ -295,7 +295,10 @@ fn the_pole_is_among_those_listed() {
     let apart =
         |m: &Json| DVec3::from_array([0, 1, 2].map(|k| number(&m["pole"][k]))).angle_between(pole).to_degrees();
     assert!(minima.iter().any(|m| apart(m) < 2.0), "{said}");
-    assert!(minima.iter().all(|m| number(&m["chi2_above_best"]) <= 9.0) && said.contains("pole RA"), "{said}");
+    assert!(
+        minima.iter().all(|m| number(&m["criterion_above_best"]) <= 9.0) && said.contains("pole RA"),
+        "{said}"
+    );
     assert!(dir.join("out/pole.svg").is_file());
 }
 

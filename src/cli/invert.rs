@@ -139,7 +139,7 @@ pub(super) fn outcome(
     let (fit, image) = (fit(&points(&found, data), target), image(&found, data, target));
     files.extend([("shape.json", pretty(&told)), ("fit.svg", fit), ("image.svg", image)]);
     if let Some(rotation) = &found.rotation {
-        let minima = rotation.found.minima.iter().map(|m| (m.pole, m.solution.chi2)).collect::<Vec<_>>();
+        let minima = rotation.found.minima.iter().map(|m| (m.pole, m.criterion)).collect::<Vec<_>>();
         files.push(("pole.svg", poles(&rotation.found.map, &minima, target)));
     }
     Ok(Outcome { told, files })

@@ -33,6 +33,11 @@ impl Cholesky {
         self.rows.is_empty()
     }
 
+    /// Logarithm of the determinant of A.
+    pub fn log_determinant(&self) -> f64 {
+        2.0 * self.rows.iter().filter_map(|row| row.last()).map(|&l| libm::log(l)).sum::<f64>()
+    }
+
     /// Append a row: its products with the rows that are there, and its diagonal. False, and nothing changed, where the new
     /// row depends on the others: a pivot not above `least` times the diagonal.
     pub fn push(&mut self, mut products: Vec<f64>, diagonal: f64, least: f64) -> bool {

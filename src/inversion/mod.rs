@@ -5,12 +5,14 @@
 //! minkowski  areas and normals -> the one convex body that has them
 //! polytope   that body's planes, vertices, faces; how alike two bodies are
 //! nonconvex  is the body convex at all; boxes and panels fitted through the exact renderer, and all that fit as well
+//! inner      what an attitude is worth, quickly
 //! pole       where a spinning body's axis may point
 //! ```
 
 pub mod baseline_resample;
 pub mod cholesky;
 pub mod egi;
+mod inner;
 pub mod minkowski;
 pub mod nnls;
 pub mod nonconvex;

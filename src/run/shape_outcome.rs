@@ -178,18 +178,20 @@ fn runs(marked: &[bool]) -> Vec<[usize; 2]> {
 }
 
 fn rotation(rotation: &Rotation) -> Json {
-    let least = rotation.best().map_or(f64::NAN, |m| m.solution.chi2);
+    let least = rotation.best().map_or(f64::NAN, |m| m.criterion);
     let minimum = |m: &crate::inversion::pole::Minimum| {
         let (ra, dec) = sky(m.pole);
         json!({
             "pole": m.pole.to_array(), "ra_deg": ra, "dec_deg": dec, "pole_sd_deg": number(m.sd[0].hypot(m.sd[1]).to_degrees()),
             "period_s": m.period, "period_sd_s": number(m.sd[2]), "chi2": number(m.solution.chi2),
-            "chi2_above_best": number(m.solution.chi2 - least), "chi2_reduced": number(m.solution.reduced()),
+            "chi2_reduced": number(m.solution.reduced()),
+            "criterion": number(m.criterion), "criterion_above_best": number(m.criterion - least),
             "n_facets": m.solution.facets.len(), "from_alias": m.alias,
         })
     };
     json!({
         "minima": rotation.found.minima.iter().map(minimum).collect::<Vec<_>>(),
+        "criterion": "chi2 + ln det(1 + J'J)", "criterion_limit": rotation.within,
         "refined": rotation.found.refined, "poles": rotation.found.map.len(),
         "periods": { "least_s": rotation.tried.0, "greatest_s": rotation.tried.1, "count": rotation.tried.2, "from": rotation.from },
     })

@@ -28,6 +28,8 @@ pub struct Rotation {
     pub found: Found,
     /// Periods tried \[s\]: the least, the greatest, and how many.
     pub tried: (f64, f64, usize),
+    /// Rotations whose criterion is within this of the least are listed.
+    pub within: f64,
     /// Where they come from, in words.
     pub from: &'static str,
 }
@@ -62,8 +64,9 @@ pub fn search(data: &Data, search: &Search) -> Result<Rotation, InvertError> {
     let ends = periods.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
     let tried = (ends.0, ends.1, periods.len());
     let periods = if periods.len() > FULL { ranked(&spinning, data, &periods)? } else { periods };
-    let found = pole::scan(&spinning, &data.material, &Scan { periods, ..Scan::default() }, &Options::default())?;
-    Ok(Rotation { found, tried, from })
+    let how = Scan { periods, ..Scan::default() };
+    let found = pole::scan(&spinning, &data.material, &how, &Options::default())?;
+    Ok(Rotation { found, tried, within: how.within, from })
 }
 
 /// The periods to try, in falling order of frequency.

@@ -105,20 +105,23 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
 fn minima(rotation: &Rotation) -> Vec<String> {
     let (low, high, count) = rotation.tried;
     let mut lines = vec![format!(
-        "rotation: {} poles, {count} periods from {low:.6} to {high:.6} s ({}); {} rotations within 9 of the least chi-square:",
+        "rotation: {} poles, {count} periods from {low:.6} to {high:.6} s ({}); {} rotations within {} of the best by chi-square and what their facets cost:",
         rotation.found.map.len(),
         rotation.from,
-        rotation.found.minima.len()
+        rotation.found.minima.len(),
+        rotation.within
     )];
-    let least = rotation.best().map_or(0.0, |m| m.solution.chi2);
+    let least = rotation.best().map_or(0.0, |m| m.criterion);
     lines.extend(rotation.found.minima.iter().map(|m| {
         let (ra, dec) = sky(m.pole);
         format!(
-            "  pole RA {ra:.2}, Dec {dec:+.2} deg (+- {:.2}), period {:.6} +- {:.1e} s, chi-square +{:.1}{}",
+            "  pole RA {ra:.2}, Dec {dec:+.2} deg (+- {:.2}), period {:.6} +- {:.1e} s, {} facets, chi-square {:.2} a degree of freedom, criterion +{:.1}{}",
             m.sd[0].hypot(m.sd[1]).to_degrees(),
             m.period,
             m.sd[2],
-            m.solution.chi2 - least,
+            m.solution.facets.len(),
+            m.solution.reduced(),
+            m.criterion - least,
             if m.alias { ", met as the mirror of another" } else { "" }
         )
     }));

@@ -39,7 +39,7 @@ fn on_page([x, y]: [f64; 2]) -> [f64; 2] {
     [MIDDLE[0] + HALF * x, MIDDLE[1] - HALF * y]
 }
 
-/// The picture as SVG: poles of a grid with their least chi-square, and minima, the best first.
+/// The picture as SVG: poles of a grid with their least chi-square, and minima with their criterion, the best first.
 pub fn poles(map: &[(DVec3, f64)], minima: &[(DVec3, f64)], title: &str) -> String {
     let mut page = Page::new(TITLE + HALF + 250.0, &format!("{title}, poles of rotation"));
     let sound = map.iter().filter(|(v, chi2)| v.is_finite() && *chi2 > 0.0 && chi2.is_finite());
@@ -137,16 +137,16 @@ fn legend(page: &mut Page, low: f64, high: f64, minima: &[(DVec3, f64)], spacing
         page.text([left + share * length, top + 31.0], SMALL, Anchor::Middle, &number(rounded));
     }
     let best = minima.first().map_or(f64::NAN, |m| m.1);
-    for (k, (pole, chi2)) in minima.iter().enumerate().take(9) {
+    for (k, (pole, criterion)) in minima.iter().enumerate().take(9) {
         let ra = pole.y.atan2(pole.x).to_degrees().rem_euclid(360.0);
         let dec = pole.z.clamp(-1.0, 1.0).asin().to_degrees();
-        let words = format!("{}: RA {ra:.1}, Dec {dec:+.1} deg, chi-square +{:.1}", k + 1, chi2 - best);
+        let words = format!("{}: RA {ra:.1}, Dec {dec:+.1} deg, criterion +{:.1}", k + 1, criterion - best);
         let (column, row) = ((k / 3) as f64, (k % 3) as f64);
         page.text([SIDE + 360.0 * column, top + 68.0 + 20.0 * row], SMALL, Anchor::Start, &words);
     }
     let words = format!(
-        "Least chi-square over the periods, of non-negative facets, on poles {spacing_deg:.1} deg apart; circles: minima refined with the sparse solver{}. \
-         Axes: ICRS.",
+        "Least chi-square over the periods, of non-negative facets, on poles {spacing_deg:.1} deg apart; circles: minima refined with the sparse solver{}, \
+         criterion: chi-square and the facets' cost. Axes: ICRS.",
         if minima.len() > 9 { ", the best nine told" } else { "" }
     );
     page.text([SIDE, top + 140.0], SMALL, Anchor::Start, &words);
@@ -177,7 +177,7 @@ mod tests {
         let pixel = |row: usize, column: usize| rgb[3 * (row * PIXELS + column)];
         assert!(pixel(PIXELS / 2, PIXELS / 2) < 20 && pixel(PIXELS / 2, 10) > 230 && pixel(5, 5) == 255);
         let svg = poles(&map, &[(DVec3::X, 10.0), (DVec3::Z, 14.0)], "a & b");
-        assert!(svg.contains("a &amp; b") && svg.contains("2: RA 0.0, Dec +90.0 deg, chi-square +4.0"));
+        assert!(svg.contains("a &amp; b") && svg.contains("2: RA 0.0, Dec +90.0 deg, criterion +4.0"));
         assert!(poles(&[(DVec3::X, f64::NAN)], &[], "none").contains("no pole"));
     }
 }

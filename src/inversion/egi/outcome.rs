@@ -85,6 +85,8 @@ pub struct Solution {
     pub verdict: Verdict,
     /// Sum of squares of (y - model)/sigma, with robust weights where asked for.
     pub chi2: f64,
+    /// What the parameters cost beside chi^2 where solutions are compared: ln det(1 + J'J), each parameter's prior of width 1.
+    pub occam: f64,
     /// Data less parameters.
     pub dof: f64,
     /// Greatest dual certificate over the sphere \[sigma\]: no facet that would gain more than its square in chi^2 is missing.
@@ -188,6 +190,7 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
         shape: fine,
         verdict,
         chi2,
+        occam: fit.system().occam(problem.len()),
         dof: problem.len() as f64 - fit.parameters() as f64,
         certificate: greatest(|c| c.held),
         following: greatest(|c| c.following),
