@@ -5,8 +5,8 @@
 //! the sum of both tangent variances.
 //!
 //! Facets nearer than the data resolve come out as one; what that does to the errors is in `spread`, and what a finer image would
-//! change about a facet is added. A facet more likely several than one is not claimed; nor is one with others near whose chance to be
-//! several is above some per cent, for such facets share their area with unseen ones and their errors are no Gaussian's.
+//! change about a facet is added. A facet more likely several than one is not claimed; nor is one with others near where its own chance
+//! to be several is above 3 %, or that of all facets together above 10 %, for such facets share their area with unseen ones and their errors are no Gaussian's.
 //!
 //! Where least squares on the grid, which may have any number of facets, explains the data better than the sparse image by
 //! what two facets are worth, the body is predicted by the mean of both: many small facets are likelier there than any few, and the mean of
@@ -154,6 +154,8 @@ const RANK_DIRECTIONS: usize = 500;
 const RESOLVED: f64 = 0.5;
 /// The same where another facet is nearer than [`CROWD`].
 const RESOLVED_IN_A_CROWD: f64 = 0.03;
+/// Share of all facets expected to be several above which none of a crowd is claimed.
+const SUSPECT: f64 = 0.1;
 /// Facets nearer than this may have shared a third between them \[rad\].
 const CROWD: f64 = 1.05;
 /// Facets' worth of chi^2 by which the sparse image must lack for the mean with that of the grid to be taken.
@@ -175,7 +177,8 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
     let (covariance, split, fine) = covariance(&fit, grid, options);
     let variance =
         |k: usize| covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(f64::INFINITY).max(0.0);
-    let shape = match split.iter().sum::<f64>() > SEVERAL {
+    let several: f64 = split.iter().sum();
+    let shape = match several > SEVERAL {
         true => predicted(&fit, fine, grid, options),
         false => fine,
     };
@@ -188,12 +191,13 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
     let weighted = fit.residual(0.0);
     let scaled = weighted.iter().zip(fit.weights.iter()).zip(&problem.sigma).map(|((r, w), sigma)| r / w / sigma);
     let residual: Vec<f64> = scaled.collect();
+    let suspect = several > SUSPECT * fit.facets.len() as f64;
     let estimate = |(i, &facet): (usize, &Facet)| {
         let direction_sd = (variance(3 * i + 1) + variance(3 * i + 2)).sqrt();
         let area_sd = facet.area * variance(3 * i).sqrt();
         let split = split.get(i).copied().unwrap_or(0.0);
         let crowd = fit.facets.iter().enumerate().any(|(j, f)| j != i && angle(f.normal, facet.normal) < CROWD);
-        let resolved = split <= if crowd { RESOLVED_IN_A_CROWD } else { RESOLVED };
+        let resolved = if crowd { !suspect && split <= RESOLVED_IN_A_CROWD } else { split <= RESOLVED };
         let claimed = verdict == Verdict::Facets && direction_sd <= options.claim && resolved;
         Estimate { facet, area_sd, direction_sd, split, claimed }
     };
