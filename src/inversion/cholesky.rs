@@ -4,6 +4,10 @@
 //! element a row, which plane rotations bring back to triangular form (Golub & Van Loan 2013, Matrix Computations, 4th ed.,
 //! sect. 6.5.4). Both cost O(n^2).
 
+use crate::base::simd::Path;
+use faer::linalg::triangular_solve::solve_lower_triangular_in_place;
+use faer::{Mat, MatMut, Par};
+
 /// A lower triangular factor.
 #[derive(Debug, Clone, Default)]
 pub struct Cholesky {
@@ -73,11 +77,22 @@ impl Cholesky {
 
     /// v becomes L^-1 v.
     pub fn forward(&self, v: &mut [f64]) {
-        for (i, row) in self.rows.iter().enumerate() {
-            let Some((done, rest)) = v.split_at_mut_checked(i) else { return };
-            let Some(first) = rest.first_mut() else { return };
-            *first = (*first - dot(&row[..i], done)) / row[i];
-        }
+        Path::best().run(
+            #[inline(always)]
+            || {
+                for (i, row) in self.rows.iter().enumerate() {
+                    let Some((done, rest)) = v.split_at_mut_checked(i) else { return };
+                    let Some(first) = rest.first_mut() else { return };
+                    *first = (*first - dot(&row[..i], done)) / row[i];
+                }
+            },
+        );
+    }
+
+    /// Every column v becomes L^-1 v.
+    pub fn forward_all(&self, columns: MatMut<'_, f64>) {
+        let factor = Mat::from_fn(self.len(), self.len(), |i, j| self.rows[i].get(j).copied().unwrap_or(0.0));
+        solve_lower_triangular_in_place(factor.as_ref(), columns, Par::Seq);
     }
 
     /// v becomes L'^-1 v.
@@ -100,8 +115,10 @@ impl Cholesky {
 
     /// The inverse of A, row by row.
     pub fn inverse(&self) -> Vec<Vec<f64>> {
-        let n = self.len();
-        (0..n).map(|i| self.solve((0..n).map(|j| f64::from(u8::from(i == j))).collect())).collect()
+        let mut root = Mat::<f64>::identity(self.len(), self.len());
+        self.forward_all(root.as_mut());
+        let product = root.transpose() * &root;
+        (0..self.len()).map(|i| product.col_as_slice(i).to_vec()).collect()
     }
 }
 

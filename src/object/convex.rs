@@ -99,14 +99,41 @@ impl Epochs {
         );
     }
 
-    /// The column of a normal with its derivative with respect to the normal at every epoch \[1/sr\], the Sun a point; moves
-    /// along the normal count, so that the part across it is the one on the sphere.
-    pub fn column_gradient(&self, normal: DVec3, material: &Material) -> Vec<(f64, DVec3)> {
-        (0..self.len())
-            .map(|t| {
-                let (sun, observer) = self.at(t);
-                gradient(material, normal, sun, observer)
-            })
-            .collect()
+    /// The column of a normal with its derivatives along two directions at every epoch \[1/sr\], the Sun a point; moves along the
+    /// normal count, so that those across it are the ones on the sphere.
+    pub fn column_slopes(&self, normal: DVec3, along: [DVec3; 2], material: &Material) -> [Vec<f64>; 3] {
+        let mut out = [(); 3].map(|()| vec![0.0; self.len()]);
+        if material.model == Model::Lambert {
+            self.put_lambert(normal, along, material.diffuse / PI, &mut out);
+            return out;
+        }
+        let [value, first, second] = &mut out;
+        for (t, ((value, first), second)) in value.iter_mut().zip(first).zip(second).enumerate() {
+            let (sun, observer) = self.at(t);
+            let (flux, slope) = gradient(material, normal, sun, observer);
+            (*value, *first, *second) = (flux, slope.dot(along[0]), slope.dot(along[1]));
+        }
+        out
+    }
+
+    fn put_lambert(&self, n: DVec3, along: [DVec3; 2], factor: f64, out: &mut [Vec<f64>; 3]) {
+        let [sx, sy, sz] = self.sun.each_ref().map(|v| &v[..self.len()]);
+        let [ox, oy, oz] = self.observer.each_ref().map(|v| &v[..self.len()]);
+        let [value, first, second] = out.each_mut().map(|v| &mut v[..self.len()]);
+        let [e, f] = along;
+        Path::best().run(
+            #[inline(always)]
+            || {
+                for k in 0..self.len() {
+                    let sun = |d: DVec3| d.x * sx[k] + d.y * sy[k] + d.z * sz[k];
+                    let observer = |d: DVec3| d.x * ox[k] + d.y * oy[k] + d.z * oz[k];
+                    let (cs, co) = (sun(n), observer(n));
+                    let lit = if cs > 0.0 && co > 0.0 { factor } else { 0.0 };
+                    value[k] = lit * (cs * co);
+                    first[k] = lit * (sun(e) * co + observer(e) * cs);
+                    second[k] = lit * (sun(f) * co + observer(f) * cs);
+                }
+            },
+        );
     }
 }

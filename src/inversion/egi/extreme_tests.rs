@@ -1,5 +1,8 @@
 use super::tests::*;
 use super::*;
+use crate::inversion::minkowski;
+use crate::inversion::polytope::Polytope;
+use crate::inversion::polytope::compare::{aligned, intersection_over_union};
 use crate::inversion::sphere::{angle, fibonacci, tangents};
 use crate::inversion::synthetic::*;
 use glam::DVec3;
@@ -36,33 +39,69 @@ fn a_smooth_body_that_is_no_ellipsoid_is_unresolved() {
     assert!(solution.facets.iter().all(|e| !e.claimed));
 }
 
-/// Pulls of a body of 35 facets, a third of them merged, at 1:30: 68.3 % of those claimed lie within 0.6 to 1.5 standard deviations
-/// of what they stand for. About 100 pulls: the quantile is sure to 0.15.
+/// Errors of claimed facets, log area and both moves, over their standard deviations: against the sum of the true facets nearer to each
+/// than to others.
+fn pulls(truth: &[Facet], solution: &Solution) -> Vec<f64> {
+    let mut sums = vec![DVec3::ZERO; solution.facets.len()];
+    for t in truth {
+        let distance = |k: &usize| angle(solution.facets[*k].facet.normal, t.normal);
+        let nearest = (0..sums.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
+        sums[nearest] += t.normal * t.area;
+    }
+    let mut pulls = Vec::new();
+    for (i, (e, sum)) in solution.facets.iter().zip(sums).enumerate().filter(|(_, (e, _))| e.claimed) {
+        let [a, b] = tangents(e.facet.normal);
+        let unit = sum.normalize_or(e.facet.normal);
+        let errors = [(e.facet.area / sum.length()).ln(), unit.dot(a), unit.dot(b)];
+        let pull = |(k, error): (usize, f64)| error.abs() / solution.covariance[3 * i + k][3 * i + k].sqrt();
+        pulls.extend(errors.into_iter().enumerate().map(pull));
+    }
+    pulls.sort_by(f64::total_cmp);
+    pulls
+}
+
+/// Of 35 facets at 1:100, one of them merged, most are claimed, and 68.3 % of their pulls lie within 0.8 to 1.3: about 150 pulls, sure to
+/// 0.08. At 1:30 a third are merged, and none is claimed.
 #[test]
 fn claims_of_a_body_with_merged_facets_are_honest() {
     let truth = random_body(35, 0.25, 2);
-    let mut pulls = Vec::new();
-    for seed in 0..3 {
-        let solution = solved(observed(&truth, 600, 30.0, 70 + seed));
-        assert!(solution.facets.len() < truth.len() && solution.facets.iter().any(|e| !e.claimed));
-        let mut sums = vec![DVec3::ZERO; solution.facets.len()];
-        for t in &truth {
-            let distance = |k: &usize| angle(solution.facets[*k].facet.normal, t.normal);
-            let nearest = (0..sums.len()).min_by(|a, b| distance(a).total_cmp(&distance(b))).unwrap();
-            sums[nearest] += t.normal * t.area;
-        }
-        for (i, (e, sum)) in solution.facets.iter().zip(sums).enumerate().filter(|(_, (e, _))| e.claimed) {
-            let [a, b] = tangents(e.facet.normal);
-            let unit = sum.normalize_or(e.facet.normal);
-            let errors = [(e.facet.area / sum.length()).ln(), unit.dot(a), unit.dot(b)];
-            let pull = |(k, error): (usize, f64)| error.abs() / solution.covariance[3 * i + k][3 * i + k].sqrt();
-            pulls.extend(errors.into_iter().enumerate().map(pull));
-        }
+    let mut all = Vec::new();
+    for seed in 0..2 {
+        all.extend(pulls(&truth, &solved(observed(&truth, 800, 100.0, 70 + seed))));
+        let coarse = solved(observed(&truth, 600, 30.0, 70 + seed));
+        assert!(coarse.facets.len() < truth.len() && coarse.facets.iter().filter(|e| e.claimed).count() <= 2);
     }
-    pulls.sort_by(f64::total_cmp);
-    assert!(pulls.len() > 40, "{}", pulls.len());
-    let width = pulls[(0.683 * pulls.len() as f64) as usize];
-    assert!((0.6..1.5).contains(&width), "{width} of {}", pulls.len());
+    all.sort_by(f64::total_cmp);
+    assert!(all.len() > 120, "{}", all.len());
+    let width = all[(0.683 * all.len() as f64) as usize];
+    assert!((0.8..1.3).contains(&width), "{width} of {}", all.len());
+}
+
+/// Of a cylinder of 24 sides at 1:30 about 15 sides are found, each for more than one: only the ends may be claimed, and are.
+#[test]
+fn of_a_cylinder_whose_sides_merge_the_ends_are_claimed() {
+    let truth = cylinder(1.0, 4.0);
+    let solution = solved(observed(&truth, 800, 30.0, 1));
+    let end = |f: &Facet| truth[24..].iter().any(|t| angle(t.normal, f.normal) < 0.02);
+    let claimed: Vec<&Estimate> = solution.facets.iter().filter(|e| e.claimed).collect();
+    assert!(claimed.len() <= 4 && claimed.iter().filter(|e| end(&e.facet)).count() == 2, "{claimed:?}");
+}
+
+/// 35 facets at 1:10: 17 stand for them, and the body is predicted better with the image on the grid.
+#[test]
+fn where_facets_are_lost_the_body_is_that_of_the_mean_image() {
+    let truth = random_body(35, 0.25, 2);
+    let solution = solved(observed(&truth, 800, 10.0, 100));
+    let body = |facets: &[Facet]| {
+        let (normals, areas): (Vec<DVec3>, Vec<f64>) = facets.iter().map(|f| (f.normal, f.area)).unzip();
+        let policy = minkowski::closure::Policy::Adjust;
+        let closure = minkowski::closure::Closure { limit: 1.0, policy, ..Default::default() };
+        minkowski::solve(&normals, &areas, &minkowski::Options { closure, ..Default::default() }).unwrap().polytope
+    };
+    let known = body(&truth);
+    let overlap = |found: Polytope| intersection_over_union(&known, &aligned(&known, found)).unwrap();
+    let (mean, few) = (overlap(solution.body().unwrap().polytope), overlap(body(&solution.image())));
+    assert!(solution.shape.len() > 2 * solution.facets.len() && mean > few + 0.02, "{mean} {few}");
 }
 
 #[test]

@@ -10,7 +10,8 @@ use crate::inversion::cholesky::{Cholesky, dot};
 use crate::inversion::sphere::tangents;
 use crate::object::convex::{Epochs, Facet};
 use crate::object::matter::Material;
-use faer::Mat;
+use faer::linalg::matmul::triangular::{BlockStructure, matmul};
+use faer::{Accum, Mat, Par};
 use glam::DVec3;
 use std::sync::Arc;
 
@@ -57,7 +58,7 @@ pub(super) struct Fit<'a> {
 pub(super) struct System {
     pub residual: Vec<f64>,
     pub jacobian: Mat<f64>,
-    /// J'J.
+    /// J'J, its lower half.
     pub normal: Mat<f64>,
     /// J'r.
     pub gradient: Vec<f64>,
@@ -140,6 +141,11 @@ impl<'a> Fit<'a> {
         dot(&residual, &residual)
     }
 
+    /// Weight and scale of every datum.
+    pub fn factors(&self) -> Vec<f64> {
+        self.weights.iter().zip(&self.problem.curve).map(|(w, &c)| w * self.scales[c]).collect()
+    }
+
     fn free_curves(&self) -> impl Iterator<Item = usize> {
         self.problem.scales.iter().enumerate().filter(|(_, scale)| scale.is_none()).map(|(c, _)| c)
     }
@@ -154,22 +160,19 @@ impl<'a> Fit<'a> {
         let residual = self.residual(closure);
         let (rows, count) = (residual.len(), self.problem.len());
         let mut jacobian = Mat::<f64>::zeros(rows, self.parameters());
-        let mut put = |column: usize, t: usize, value: f64| jacobian[(t, column)] = value;
+        let factors: Vec<f64> = self.factors();
         for (i, facet) in self.facets.iter().enumerate() {
-            let [e1, e2] = tangents(facet.normal);
-            let column = self.view.epochs.column_gradient(facet.normal, &self.view.material);
-            for (t, (flux, slope)) in column.into_iter().enumerate() {
-                let factor = facet.area * self.scales[self.problem.curve[t]] * self.weights[t];
-                put(3 * i, t, factor * flux);
-                put(3 * i + 1, t, factor * slope.dot(e1));
-                put(3 * i + 2, t, factor * slope.dot(e2));
-            }
-            for (k, direction) in [facet.normal, e1, e2].into_iter().enumerate() {
-                for (axis, value) in direction.to_array().into_iter().enumerate() {
-                    put(3 * i + k, count + axis, closure * facet.area * value);
-                }
+            let moves = tangents(facet.normal);
+            let columns = self.view.epochs.column_slopes(facet.normal, moves, &self.view.material);
+            for (k, (column, direction)) in columns.iter().zip([facet.normal, moves[0], moves[1]]).enumerate() {
+                let (data, rows) = jacobian.col_as_slice_mut(3 * i + k).split_at_mut(count);
+                let all = data.iter_mut().zip(column).zip(&factors);
+                all.for_each(|((out, value), factor)| *out = facet.area * factor * value);
+                let closing = (direction * (closure * facet.area)).to_array();
+                rows.iter_mut().zip(closing).for_each(|(out, value)| *out = value);
             }
         }
+        let mut put = |column: usize, t: usize, value: f64| jacobian[(t, column)] = value;
         let model = self.model(&self.view);
         let first = 3 * self.facets.len();
         for (k, curve) in self.free_curves().enumerate() {
@@ -192,7 +195,7 @@ impl<'a> Fit<'a> {
                 put(first + k, t, self.weights[t] * (above[t] - below[t]) / (x1 - x0));
             }
         }
-        let normal = jacobian.transpose() * &jacobian;
+        let normal = gram(&jacobian);
         let gradient = (0..jacobian.ncols()).map(|j| dot(jacobian.col_as_slice(j), &residual)).collect();
         System { residual, jacobian, normal, gradient }
     }
@@ -254,4 +257,12 @@ impl<'a> Fit<'a> {
         }
         false
     }
+}
+
+/// Lower half of J'J.
+fn gram(jacobian: &Mat<f64>) -> Mat<f64> {
+    let mut out = Mat::zeros(jacobian.ncols(), jacobian.ncols());
+    let (whole, half) = (BlockStructure::Rectangular, BlockStructure::TriangularLower);
+    matmul(&mut out, half, Accum::Replace, jacobian.transpose(), whole, jacobian, whole, 1.0, Par::Seq);
+    out
 }

@@ -72,7 +72,7 @@ pub struct Options {
 impl Default for Options {
     fn default() -> Self {
         let claim = 5f64.to_radians();
-        Self { grid: 2000, merge: 0.12, closure: Closure::Auto, huber: None, most: 60, price: None, claim }
+        Self { grid: 2000, merge: 0.12, closure: Closure::Auto, huber: None, most: 150, price: None, claim }
     }
 }
 

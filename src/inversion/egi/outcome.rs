@@ -5,7 +5,12 @@
 //! the sum of both tangent variances.
 //!
 //! Facets nearer than the data resolve come out as one; what that does to the errors is in `spread`, and what a finer image would
-//! change about a facet is added. A facet more likely several than one is not claimed.
+//! change about a facet is added. A facet more likely several than one is not claimed; nor is one with others near where its own chance
+//! to be several is above 3 %, or that of all facets together above 10 %, for such facets share their area with unseen ones and their errors are no Gaussian's.
+//!
+//! Where least squares on the grid, which may have any number of facets, explains the data better than the sparse image by
+//! what two facets are worth, the body is predicted by the mean of both: many small facets are likelier there than any few, and the mean of
+//! models is nearer to the truth than its parts (Hoeting et al. 1999, Stat. Sci. 14, 382).
 //!
 //! Facets of Lambert's law that are lit and seen at every epoch send s'(sum a n n')o: six numbers, however many they are. Two of them
 //! can be exchanged for others without any trace in the data; their variances come out infinite.
@@ -15,6 +20,7 @@ use super::smooth::{self, Smooth};
 use super::spread;
 use super::support::{Certificate, Grid, NO_FLUX, certificates, extend};
 use super::{Options, grid_of, worth};
+use crate::inversion::nnls;
 use crate::inversion::observability::effective_rank;
 use crate::inversion::sphere::{angle, tangents};
 use crate::object::convex::Facet;
@@ -79,7 +85,8 @@ pub struct Direction {
 pub struct Solution {
     /// Facets, the largest first.
     pub facets: Vec<Estimate>,
-    /// Facets that predict the body best: those of `facets`, split where the data speak for it at all, though not enough to claim it.
+    /// Facets that predict the body best: those of `facets`, split where the data speak for it at all, though not enough to claim it;
+    /// where the data speak for many more, half of each and half of the image on a grid.
     pub shape: Vec<Facet>,
     /// What may be claimed.
     pub verdict: Verdict,
@@ -147,6 +154,14 @@ const RANK_DIRECTIONS: usize = 500;
 
 /// Probability of being several up to which a facet is claimed.
 const RESOLVED: f64 = 0.5;
+/// The same where another facet is nearer than [`CROWD`].
+const RESOLVED_IN_A_CROWD: f64 = 0.03;
+/// Share of all facets expected to be several above which none of a crowd is claimed.
+const SUSPECT: f64 = 0.1;
+/// Facets nearer than this may have shared a third between them \[rad\].
+const CROWD: f64 = 1.05;
+/// Facets' worth of chi^2 by which the sparse image must lack for the mean with that of the grid to be taken.
+const LACK: f64 = 2.0;
 /// Facets expected to be several above which a finer image is looked for.
 const SEVERAL: f64 = 2.0;
 /// What each of three parameters must lower chi^2 by for a facet to be split in the finer image.
@@ -164,6 +179,11 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
     let (covariance, split, fine) = covariance(&fit, grid, options);
     let variance =
         |k: usize| covariance.get(k).and_then(|row| row.get(k)).copied().unwrap_or(f64::INFINITY).max(0.0);
+    let several: f64 = split.iter().sum();
+    let shape = match several > SEVERAL {
+        true => predicted(&fit, fine, grid, options),
+        false => fine,
+    };
     let certificates = certificates(&fit, grid);
     let greatest = |of: fn(&Certificate) -> f64| certificates.iter().map(of).fold(0.0, f64::max);
     let threshold = worth(problem, options, 1.0).sqrt();
@@ -173,11 +193,14 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
     let weighted = fit.residual(0.0);
     let scaled = weighted.iter().zip(fit.weights.iter()).zip(&problem.sigma).map(|((r, w), sigma)| r / w / sigma);
     let residual: Vec<f64> = scaled.collect();
+    let suspect = several > SUSPECT * fit.facets.len() as f64;
     let estimate = |(i, &facet): (usize, &Facet)| {
         let direction_sd = (variance(3 * i + 1) + variance(3 * i + 2)).sqrt();
         let area_sd = facet.area * variance(3 * i).sqrt();
         let split = split.get(i).copied().unwrap_or(0.0);
-        let claimed = verdict == Verdict::Facets && direction_sd <= options.claim && split <= RESOLVED;
+        let crowd = fit.facets.iter().enumerate().any(|(j, f)| j != i && angle(f.normal, facet.normal) < CROWD);
+        let resolved = if crowd { !suspect && split <= RESOLVED_IN_A_CROWD } else { split <= RESOLVED };
+        let claimed = verdict == Verdict::Facets && direction_sd <= options.claim && resolved;
         Estimate { facet, area_sd, direction_sd, split, claimed }
     };
     let facets: Vec<Estimate> = fit.facets.iter().enumerate().map(estimate).collect();
@@ -187,7 +210,7 @@ pub(super) fn conclude(mut fit: Fit, kept: Option<&Grid>, options: &Options) -> 
     let first = fit.parameters() - fit.values.len();
     Solution {
         facets,
-        shape: fine,
+        shape,
         verdict,
         chi2,
         occam: fit.system().occam(problem.len()),
@@ -256,6 +279,20 @@ fn fine(fit: &Fit, grid: &Grid, options: &Options) -> Vec<Facet> {
     let most = options.most.min(fit.problem.len() / 4 + 1).min(fit.facets.len() * 5 / 4 + 1);
     while fine.facets.len() < most && extend(&mut fine, grid, 3.0 * SPLIT, REACH) {}
     fine.facets
+}
+
+/// The sparse image, or its mean with that of least squares on the grid where it lacks too much.
+fn predicted(fit: &Fit, sparse: Vec<Facet>, grid: &Grid, options: &Options) -> Vec<Facet> {
+    let data: Vec<f64> = fit.problem.y.iter().zip(fit.weights.iter()).map(|(y, w)| y * w).collect();
+    let Ok(dense) = nnls::solve(&grid.weighted(fit), &data, &[]) else { return sparse };
+    let mut other = fit.clone();
+    other.facets = sparse;
+    if other.chi2() - 2.0 * dense.objective <= LACK * worth(fit.problem, options, 1.0) {
+        return other.facets;
+    }
+    other.facets.extend(dense.support.iter().map(|&j| Facet { normal: grid.normals[j], area: dense.x[j] }));
+    other.facets.iter_mut().for_each(|f| f.area *= 0.5);
+    other.facets
 }
 
 fn map(grid: &Grid, certificates: &[Certificate], threshold: f64) -> Vec<Direction> {

@@ -11,10 +11,11 @@
 //! its place (Denoyelle et al. 2020, Inverse Problems 36, 014001).
 
 use super::fit::{Fit, System};
+use crate::inversion::cholesky::dot;
 use crate::inversion::nnls::Columns;
 use crate::inversion::sphere::{angle, fibonacci, tangents};
 use crate::object::convex::Facet;
-use faer::Mat;
+use faer::{Mat, MatRef};
 use glam::DVec3;
 
 /// Facets further apart than this are not merged \[rad\].
@@ -51,14 +52,10 @@ impl Grid {
 
     /// Columns times weight and scale.
     pub fn weighted(&self, fit: &Fit) -> Columns {
-        let factor = factors(fit);
+        let factor = fit.factors();
         let column = |j| self.columns.column(j).iter().zip(&factor).map(|(g, f)| g * f).collect();
         Columns::new(factor.len(), (0..self.normals.len()).map(column))
     }
-}
-
-fn factors(fit: &Fit) -> Vec<f64> {
-    fit.weights.iter().zip(&fit.problem.curve).map(|(w, &c)| w * fit.scales[c]).collect()
 }
 
 /// The certificate of every grid direction.
@@ -80,17 +77,19 @@ const ROUNDING: f64 = 1e-8;
 pub(super) fn certificates(fit: &Fit, grid: &Grid) -> Vec<Certificate> {
     let System { residual, mut jacobian, gradient, normal } = fit.system();
     let count = fit.problem.len();
-    let factor = factors(fit);
+    let factor = fit.factors();
     let closure = fit.closure_weight();
     let system = System { residual, jacobian: Mat::new(), normal, gradient };
     let Some(cholesky) = system.factor(1e-12) else { return vec![Certificate::default(); grid.normals.len()] };
-    let held_rows: Vec<Vec<f64>> =
-        (0..jacobian.ncols()).map(|j| jacobian.col_as_slice(j).iter().skip(count).copied().collect()).collect();
+    let closing = jacobian.get(count.., ..).to_owned();
     for j in 0..jacobian.ncols() {
         jacobian.col_as_slice_mut(j).iter_mut().zip(&factor).for_each(|(v, f)| *v *= f);
     }
-    let columns = faer::MatRef::from_column_major_slice(grid.columns.data(), count, grid.normals.len());
-    let products = jacobian.get(..count, ..).transpose() * columns;
+    let columns = MatRef::from_column_major_slice(grid.columns.data(), count, grid.normals.len());
+    let normals = Mat::from_fn(3, grid.normals.len(), |axis, j| closure * grid.normals[j][axis]);
+    // what everything else in the fit takes over of each column
+    let mut taken = jacobian.get(..count, ..).transpose() * columns + closing.transpose() * normals;
+    cholesky.forward_all(taken.as_mut());
     let weighted: Vec<f64> = system.residual.iter().zip(&factor).map(|(r, f)| r * f).collect();
     let along = grid.columns.products(&weighted);
     let squares: Vec<f64> = factor.iter().map(|f| f * f).collect();
@@ -100,23 +99,17 @@ pub(super) fn certificates(fit: &Fit, grid: &Grid) -> Vec<Certificate> {
     let certificate = |(j, &n): (usize, &DVec3)| {
         let column = grid.columns.column(j);
         let data = column.iter().zip(&squares).map(|(g, f)| g * g * f).sum::<f64>();
-        let mut b: Vec<f64> = products.col(j).iter().copied().collect();
-        for (b, held) in b.iter_mut().zip(&held_rows) {
-            *b += closure * n.to_array().iter().zip(held).map(|(n, h)| n * h).sum::<f64>();
-        }
-        cholesky.forward(&mut b);
+        let taken = taken.col_as_slice(j);
         let whole = data + closure * closure;
-        let taken: f64 = b.iter().map(|b| b * b).sum();
         let numerator = along[j] + closure * n.dot(rows);
-        let shared: f64 = b.iter().zip(&lowered).map(|(b, g)| b * g).sum();
-        let own = (whole - taken).max(0.0).sqrt();
+        let own = (whole - dot(taken, taken)).max(0.0).sqrt();
         let seen = own * own > ROUNDING * whole;
         let norm = data.sqrt();
         Certificate {
             norm,
             own: if seen { own } else { 0.0 },
             held: if norm > 0.0 { along[j] / norm } else { 0.0 },
-            following: if seen { (numerator - shared) / own } else { 0.0 },
+            following: if seen { (numerator - dot(taken, &lowered)) / own } else { 0.0 },
         }
     };
     grid.normals.iter().enumerate().map(certificate).collect()
