@@ -29,7 +29,8 @@ fn scene(station: &str, longitude_deg: f64, track: &str) -> Scene {
 }
 
 /// Against the truth: the centre within 0.05 px or 4 of the errors told, the corner within 0.1 px or 4. Beyond the centroids' own
-/// noise stars scatter by less than 0.1 px, though saturated in large telescopes.
+/// noise the median residual along an axis, 0.67 of the scatter, is less than 0.05 px, though stars are saturated in large telescopes and no wider than a
+/// pixel in small ones.
 #[test]
 fn the_stars_of_all_stations_tell_where_they_look() {
     let stations = [
@@ -83,7 +84,7 @@ fn the_stars_of_all_stations_tell_where_they_look() {
                     solution.median_residual.max_element(),
                     solution.extra_scatter
                 );
-                assert!(solution.extra_scatter < 0.1, "{station}: {} px", solution.extra_scatter);
+                assert!(0.6745 * solution.extra_scatter < 0.05, "{station}: {} px", solution.extra_scatter);
                 assert!(centre_px < (4.0 * solution.error_at_reference).max(0.05), "{station}: {centre_px} px");
                 assert!(corner_px < (4.0 * solution.error_in_corner).max(0.1), "{station}: {corner_px} px");
                 solved += 1;
