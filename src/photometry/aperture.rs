@@ -36,11 +36,12 @@ impl Segment {
             let (low, high) = chord(self.half, reach, y as f64 - self.centre.y);
             let first = ((self.centre.x + low).floor().max(0.0) as usize).clamp(columns.start, columns.end);
             let last = ((self.centre.x + high).ceil() + 1.0).max(0.0) as usize;
-            for x in first..last.clamp(first, columns.end) {
+            let last = last.clamp(first, columns.end);
+            for (x, value) in (first..last).zip(&row[first..last]) {
                 let place = DVec2::new(x as f64, y as f64);
                 let distance = self.distance(place);
                 if distance <= reach {
-                    use_pixel(place, distance, f64::from(row[x]));
+                    use_pixel(place, distance, f64::from(*value));
                 }
             }
         }
