@@ -156,8 +156,9 @@ pub(super) fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Foun
     };
     let all: Vec<Minimum> = starts.par_iter().map(refine).collect::<Result<_, EgiError>>()?;
     // the best of the inner problem lead to the true basin more surely than to its bottom
-    let lowest = starts.iter().zip(&all).min_by(|a, b| a.0.0.chi2.total_cmp(&b.0.0.chi2)).map(|(_, m)| m);
-    let promising: Vec<Minimum> = all.first().into_iter().chain(lowest).cloned().collect();
+    let mut order: Vec<usize> = (0..starts.len()).collect();
+    order.sort_by(|&a, &b| starts[a].0.chi2.total_cmp(&starts[b].0.chi2));
+    let promising: Vec<Minimum> = order.into_iter().map(|k| all[k].clone()).collect();
     let all = settle(task, all, &promising, step, options)?;
     let refined = all.len();
     let limit = all.first().map_or(0.0, |best| best.criterion + scan.within);
@@ -170,7 +171,7 @@ pub(super) fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Foun
     Ok(Found { map, minima, refined })
 }
 
-/// All minima with those that rings lead to, the best first: about the promising ones at first, and about the best of every basin near the best.
+/// All minima with those that rings lead to, the best first: about the most promising at first, then about the best of every basin near the best.
 fn settle(
     task: &Task,
     mut all: Vec<Minimum>,
@@ -186,8 +187,9 @@ fn settle(
         all.sort_by(by_criterion);
         let limit = all.first().map_or(f64::INFINITY, |best| best.criterion + SETTLED);
         let near = all.iter().take_while(|m| m.criterion <= limit);
+        let first = promising.iter().filter(|_| ring == 0);
         let mut heads: Vec<Minimum> = Vec::new();
-        for minimum in near.chain(promising.iter().filter(|_| ring == 0)) {
+        for minimum in first.chain(near) {
             if !heads.iter().any(|h| basin(h, minimum)) {
                 heads.push(minimum.clone());
             }
