@@ -41,7 +41,8 @@ fn on_page([x, y]: [f64; 2]) -> [f64; 2] {
 
 /// The picture as SVG: poles of a grid with their least chi-square, and minima with their criterion, the best first.
 pub fn poles(map: &[(DVec3, f64)], minima: &[(DVec3, f64)], title: &str) -> String {
-    let mut page = Page::new(TITLE + HALF + 250.0, &format!("{title}, poles of rotation"));
+    let named_after = if title.is_empty() { String::new() } else { format!(" of {title}") };
+    let mut page = Page::new(TITLE + HALF + 250.0, &format!("Poles of rotation{named_after}"));
     let sound = map.iter().filter(|(v, chi2)| v.is_finite() && *chi2 > 0.0 && chi2.is_finite());
     let cells = sound.map(|(v, chi2)| (*v, libm::log10(*chi2))).collect::<Vec<_>>();
     let low = cells.iter().map(|c| c.1).fold(f64::INFINITY, f64::min);
@@ -50,7 +51,14 @@ pub fn poles(map: &[(DVec3, f64)], minima: &[(DVec3, f64)], title: &str) -> Stri
         page.text([SIDE, TITLE + 20.0], 16.0, Anchor::Start, "no pole with a finite chi-square");
         return page.finish();
     }
-    page.raster([MIDDLE[0] - HALF, MIDDLE[1] - HALF], 2.0 * HALF, PIXELS, &raster(&cells, low, high), "");
+    // the square of the raster reaches beyond the map, over the title
+    let [x, y] = MIDDLE;
+    page.add(format_args!(
+        "<clipPath id=\"map\"><ellipse cx=\"{x}\" cy=\"{y}\" rx=\"{HALF}\" ry=\"{}\"/></clipPath><g clip-path=\"url(#map)\">",
+        0.5 * HALF
+    ));
+    page.raster([x - HALF, y - HALF], 2.0 * HALF, PIXELS, &raster(&cells, low, high), "");
+    page.add(format_args!("</g>"));
     graticule(&mut page);
     for (k, (pole, _)) in minima.iter().enumerate().take(MOST) {
         let [x, y] = on_page(place(*pole));
@@ -145,11 +153,14 @@ fn legend(page: &mut Page, low: f64, high: f64, minima: &[(DVec3, f64)], spacing
         page.text([SIDE + 360.0 * column, top + 68.0 + 20.0 * row], SMALL, Anchor::Start, &words);
     }
     let words = format!(
-        "Least chi-square over the periods, of non-negative facets, on poles {spacing_deg:.1} deg apart; circles: minima refined with the sparse solver{}, \
-         criterion: chi-square and the facets' cost. Axes: ICRS.",
+        "Circles: minima refined with the sparse solver{}; criterion: chi-square and what the facets cost, above the best.",
         if minima.len() > 9 { ", the best nine told" } else { "" }
     );
-    page.text([SIDE, top + 140.0], SMALL, Anchor::Start, &words);
+    let map = format!(
+        "Map: least chi-square over the periods, of non-negative facets, on poles {spacing_deg:.1} deg apart; right ascension and declination, ICRS."
+    );
+    page.text([SIDE, top + 132.0], SMALL, Anchor::Start, &map);
+    page.text([SIDE, top + 152.0], SMALL, Anchor::Start, &words);
 }
 
 #[cfg(test)]
