@@ -235,7 +235,7 @@ impl Fit<'_> {
     /// The flux with its errors, over the profiles of the posterior.
     pub fn told(&self, psf: &Psf) -> Fitted {
         let fitted = self.described(psf);
-        match self.averaged(psf).filter(|_| psf.own) {
+        match psf.own.then(|| self.averaged(psf)).flatten() {
             Some((flux_e, doubt_e)) => Fitted { flux_e, doubt_e: Some(doubt_e), ..fitted },
             None => fitted,
         }
