@@ -96,6 +96,17 @@ impl Tumble {
         self.motion.as_ref().map_or(self.rate.length(), |m| m.momentum / m.inertia.min_element())
     }
 
+    /// Seconds of a turn about the angular momentum, on average, and of a turn of the angular momentum in the body; none for rates that
+    /// stay as they are.
+    pub fn periods(&self) -> Option<(f64, f64)> {
+        let motion = self.motion.as_ref()?;
+        let nutation = 0.5 * PI * motion.speed / motion.elliptic.quarter;
+        // psi counts what the body turns about its own axis too: backwards if the axis is that of the largest moment
+        let [a, _, c] = motion.axes;
+        let own = if motion.inertia[c] > motion.inertia[a] { -nutation } else { nutation };
+        Some((2.0 * PI / (motion.psi_mean * motion.speed - own), 2.0 * PI / nutation))
+    }
+
     /// Attitude after `seconds`.
     pub fn attitude(&self, seconds: f64) -> Quaternion {
         match &self.motion {

@@ -293,10 +293,11 @@ pub(super) struct InvertArgs {
     /// What the faces are made of: as the target is said to be, or specular share and exponent sought with the shape
     #[arg(long, value_parser = ["as-target", "fit"])]
     pub brdf: Option<String>,
-    /// How the object turns: as the target is said to, or about a pole sought over the whole sphere
-    #[arg(long, value_parser = ["as-target", "scan-pole"])]
+    /// How the object turns: as the target is said to; about a pole sought over the whole sphere; or, experimental, as a body without
+    /// torque, near the tumble told or with --period
+    #[arg(long, value_parser = ["as-target", "scan-pole", "scan-tumble"])]
     pub attitude: Option<String>,
-    /// Sidereal periods of the search for the pole [s], such as 95..105
+    /// Sidereal periods of the search for the pole, or seconds of a tumbler's turn about its angular momentum [s], such as 95..105
     #[arg(long, value_name = "A..B")]
     pub period: Option<String>,
     /// Share of the points kept from the fit to test it, in stretches of time; 0 = none

@@ -79,6 +79,7 @@ fn choice(args: &InvertArgs, scene: Option<&Scene>) -> Result<Choice, Failure> {
     }
     match args.attitude.as_deref() {
         Some("scan-pole") => choice.attitude = Turning::ScanPole,
+        Some("scan-tumble") => choice.attitude = Turning::ScanTumble,
         Some(_) => choice.attitude = Turning::AsTarget,
         None => {}
     }
@@ -95,8 +96,10 @@ fn choice(args: &InvertArgs, scene: Option<&Scene>) -> Result<Choice, Failure> {
                 )));
             }
         }
-        if choice.attitude != Turning::ScanPole {
-            return Err(Failure::Input("--period is of the search for the pole: add --attitude scan-pole".into()));
+        if !matches!(choice.attitude, Turning::ScanPole | Turning::ScanTumble) {
+            return Err(Failure::Input(
+                "--period is of the search for a rotation: add --attitude scan-pole or scan-tumble".into(),
+            ));
         }
     }
     Ok(choice)

@@ -6,7 +6,7 @@
 use super::egi::{EgiError, Problem};
 use super::nnls::{self, Columns};
 use super::sphere::fibonacci;
-use crate::object::convex::Epochs;
+use crate::object::convex::{Epochs, Facet};
 use crate::object::matter::Material;
 use glam::DVec3;
 
@@ -14,6 +14,18 @@ use glam::DVec3;
 const SCALING: usize = 6;
 /// Standard deviation of the closure rows, as a share of the total area.
 const CLOSURE: f64 = 3e-3;
+
+/// The body that an attitude allows.
+#[derive(Debug, Clone)]
+pub(super) struct Body {
+    pub chi2: f64,
+    /// Facets with an area.
+    pub facets: Vec<Facet>,
+    /// Scale over sigma of every datum.
+    pub weights: Vec<f64>,
+    /// Weighted residuals, those of closure last.
+    pub residual: Vec<f64>,
+}
 
 /// The convex problem inside a search for attitudes.
 pub(super) struct Inner<'a> {
@@ -43,28 +55,46 @@ impl<'a> Inner<'a> {
 
     /// The least chi^2 of directions in body axes.
     pub fn chi2(&self, epochs: &Epochs) -> Result<f64, EgiError> {
+        Ok(self.body(epochs)?.chi2)
+    }
+
+    /// The body of least chi^2.
+    pub fn body(&self, epochs: &Epochs) -> Result<Body, EgiError> {
         let (sigma, curve) = (self.problem.sigma(), self.problem.curve_of());
         let flux: Vec<Vec<f64>> = self.normals.iter().map(|&n| epochs.column(n, self.material, 0.0)).collect();
         let mut scales: Vec<f64> = self.problem.scales().iter().map(|s| s.unwrap_or(1.0)).collect();
-        let (mut support, mut chi2) = (Vec::new(), f64::INFINITY);
+        let mut body = Body { chi2: f64::INFINITY, facets: Vec::new(), weights: Vec::new(), residual: Vec::new() };
+        let mut support = Vec::new();
         // free scales follow the facets in turn
         let rounds = if self.problem.scales().iter().any(Option::is_none) { SCALING } else { 1 };
         for _ in 0..rounds {
             let weights: Vec<f64> = sigma.iter().zip(curve).map(|(s, &c)| scales[c] / s).collect();
             let column = |(g, n): (&Vec<f64>, &DVec3)| {
                 let light = g.iter().zip(&weights).map(|(g, w)| g * w);
-                light.chain((*n * self.closure).to_array()).collect()
+                light.chain(self.closing(*n).to_array()).collect()
             };
             let matrix = Columns::new(self.data.len(), flux.iter().zip(&self.normals).map(column));
             let solution = nnls::solve(&matrix, &self.data, &support)?;
-            let before = std::mem::replace(&mut chi2, 2.0 * solution.objective);
+            let before = body.chi2;
             support.clone_from(&solution.support);
-            if before - chi2 < 0.01 * chi2 {
+            let facet = |&j: &usize| Facet { normal: self.normals[j], area: solution.x[j] };
+            body = Body {
+                chi2: 2.0 * solution.objective,
+                facets: solution.support.iter().map(facet).collect(),
+                weights,
+                residual: solution.residual,
+            };
+            if before - body.chi2 < 0.01 * body.chi2 {
                 break;
             }
-            self.rescale(&mut scales, &solution.residual);
+            self.rescale(&mut scales, &body.residual);
         }
-        Ok(chi2)
+        Ok(body)
+    }
+
+    /// What a facet of this normal and 1 m^2 adds to the closure rows.
+    pub fn closing(&self, normal: DVec3) -> DVec3 {
+        normal * self.closure
     }
 
     /// Free scales by least squares, the facets held.

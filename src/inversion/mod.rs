@@ -6,6 +6,7 @@
 //! polytope   that body's planes, vertices, faces; how alike two bodies are
 //! nonconvex  is the body convex at all; boxes and panels fitted through the exact renderer, and all that fit as well
 //! inner      what an attitude is worth, quickly
+//! tumble     how a body without torque may turn, experimental
 //! pole       where a spinning body's axis may point
 //! ```
 
@@ -21,3 +22,4 @@ pub mod pole;
 pub mod polytope;
 pub mod sphere;
 pub mod synthetic;
+pub mod tumble;

@@ -7,10 +7,10 @@
 pub use super::shape_fault::InvertError;
 pub use super::shape_found::{Found, Model};
 
-use super::shape_data::Data;
+use super::shape_data::{Data, Search};
 use super::shape_fault::LEAST;
 use super::shape_light::{FEWEST, light, stretches};
-use super::{shape_law, shape_methods, shape_pole};
+use super::{shape_law, shape_methods, shape_pole, shape_tumble};
 use crate::inversion::egi::{self, Curve, Problem, Scale};
 use crate::inversion::nonconvex::{self, Assembly, Call, NonconvexError};
 use crate::object::matter::Material;
@@ -31,8 +31,17 @@ const HUBER: f64 = 1.5;
 /// # Errors
 /// [`InvertError`] for data that cannot be, or that show no light.
 pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertError> {
-    let rotation = data.search.as_ref().map(|search| shape_pole::search(data, search)).transpose()?;
-    let all = rotation.as_ref().map_or_else(|| data.curves.clone(), |r| r.in_body_axes(data));
+    let (mut rotation, mut tumble) = (None, None);
+    match data.search {
+        Some(Search::Pole { range_s, told_s }) => rotation = Some(shape_pole::search(data, range_s, told_s)?),
+        Some(Search::Tumble { range_s, told }) => tumble = Some(shape_tumble::search(data, range_s, told)?),
+        None => {}
+    }
+    let all = match (&rotation, &tumble) {
+        (Some(rotation), _) => rotation.in_body_axes(data),
+        (None, Some(tumble)) => tumble.in_body_axes(data),
+        (None, None) => data.curves.clone(),
+    };
     let whole = Problem::new(&all)?;
     if whole.len() < LEAST {
         return Err(InvertError::TooFew { points: whole.len(), all: data.points() + data.left_out.points() });
@@ -77,6 +86,7 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
     let mut found = Found {
         asked: model,
         rotation,
+        tumble,
         law: None,
         convex,
         draft,

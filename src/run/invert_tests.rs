@@ -1,5 +1,6 @@
 use super::super::shape_data::LeftOut;
 use super::*;
+use crate::astro::time::Instant;
 use crate::inversion::synthetic::{Stream, cuboid, directions, noisy};
 use crate::object::convex::Epochs;
 use crate::object::matter::Material;
@@ -13,6 +14,7 @@ fn box_data(snr: f64) -> Data {
     let (y, sigma) = noisy(&clean, snr, &mut stream);
     let curve = Curve { y, sigma, directions, scale: Scale::Fixed(1.0) };
     Data {
+        start: Instant::from_utc_reading(61_000, 0),
         time_s: vec![(0..300).map(f64::from).collect()],
         curves: vec![curve],
         names: vec!["box".into()],

@@ -20,6 +20,7 @@ pub mod shape_light;
 pub mod shape_methods;
 pub mod shape_outcome;
 pub mod shape_pole;
+pub mod shape_tumble;
 mod shape_words;
 pub mod station_file;
 pub mod tables;

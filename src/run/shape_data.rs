@@ -10,9 +10,11 @@
 
 use super::RunError;
 use crate::astro::bodies::sun_from;
+use crate::astro::rotation::Quaternion;
 use crate::astro::time::Instant;
 use crate::base::constants::AU_M;
 use crate::inversion::egi::{Curve, Scale};
+use crate::inversion::tumble::Motion;
 use crate::io::curve_file::{CurveFile, Row};
 use crate::object::matter::Material;
 use crate::photometry::flag;
@@ -41,7 +43,8 @@ pub struct Choice {
     pub brdf: Law,
     /// How the object turns.
     pub attitude: Turning,
-    /// Least and greatest sidereal period of a search for the pole \[s\]; none: about those that the scene and the light tell.
+    /// Least and greatest sidereal period of a search for the pole \[s\]; none: about those that the scene and the light tell. Of a search for
+    /// a tumble, least and greatest time of a turn about the angular momentum; none: near the tumble that is told.
     pub period_s: Option<(f64, f64)>,
 }
 
@@ -54,13 +57,23 @@ impl Choice {
     }
 }
 
-/// A search for pole and period.
+/// A search for how the object turns.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Search {
-    /// Least and greatest period \[s\], where given.
-    pub range_s: Option<(f64, f64)>,
-    /// The period that the scene tells \[s\].
-    pub told_s: Option<f64>,
+pub enum Search {
+    /// For pole and period.
+    Pole {
+        /// Least and greatest period \[s\], where given.
+        range_s: Option<(f64, f64)>,
+        /// The period that the scene tells \[s\].
+        told_s: Option<f64>,
+    },
+    /// For a motion without torque.
+    Tumble {
+        /// Least and greatest time of a turn about the angular momentum \[s\], where given.
+        range_s: Option<(f64, f64)>,
+        /// The motion that the scene tells, at the time 0 of the data.
+        told: Option<Motion>,
+    },
 }
 
 /// Points left out, by reason.
@@ -77,9 +90,11 @@ pub struct LeftOut {
 /// Curves ready to invert.
 #[derive(Debug, Clone)]
 pub struct Data {
-    /// Time since the first point of all, of each curve \[s\]; when the light left the object.
+    /// The first point of all: time 0.
+    pub start: Instant,
+    /// Time since then, of each curve \[s\]; when the light left the object.
     pub time_s: Vec<Vec<f64>>,
-    /// The curves, in body axes, or in ICRS axes where the pole is sought: normalised irradiance \[m^2/sr\] where the level is known.
+    /// The curves, in body axes, or in ICRS axes where it is sought how these turn: normalised irradiance \[m^2/sr\] where the level is known.
     pub curves: Vec<Curve>,
     /// Their names.
     pub names: Vec<String>,
@@ -87,7 +102,7 @@ pub struct Data {
     pub material: Material,
     /// Whether the material is sought too.
     pub fits_material: bool,
-    /// How the pole is sought; none where the attitude is known.
+    /// How it is sought how the object turns; none where the attitude is known.
     pub search: Option<Search>,
     /// Whether areas are in m^2.
     pub absolute: bool,
@@ -156,11 +171,8 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
     let target = own
         .as_ref()
         .and_then(|s| s.target.iter().position(|t| t.name == known.name).or((!s.target.is_empty()).then_some(0)));
-    let told_s = match own.as_ref().zip(target).and_then(|(s, k)| s.target[k].attitude.as_ref()) {
-        Some(Attitude::Spin { period_s, .. }) => Some(*period_s),
-        _ => None,
-    };
-    let search = (choice.attitude == Turning::ScanPole).then_some(Search { range_s: choice.period_s, told_s });
+    let attitude = own.as_ref().zip(target).and_then(|(s, k)| s.target[k].attitude.as_ref());
+    let search = sought(choice, attitude, &start);
     let mut from_attitude = from;
     if let (Turning::Given(attitude), Some(scene), Some(k)) = (&choice.attitude, own.as_mut(), target) {
         scene.target[k].attitude = Some((**attitude).clone());
@@ -168,7 +180,8 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
     }
     let turned = target.zip(own.as_ref()).filter(|(k, s)| search.is_none() && s.target[*k].attitude.is_some());
     told.push(match (search, turned) {
-        (Some(_), _) => "attitude: sought, uniform rotation about a fixed pole".into(),
+        (Some(Search::Pole { .. }), _) => "attitude: sought, uniform rotation about a fixed pole".into(),
+        (Some(Search::Tumble { .. }), _) => "attitude: sought, a body without torque; EXPERIMENTAL".into(),
         (None, Some(_)) => format!("attitude: from {from_attitude}"),
         (None, None) => "attitude: not told; body axes are taken to be the ICRS'".to_owned(),
     });
@@ -182,6 +195,7 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
     };
     let fits_material = choice.brdf == Law::Fit;
     let mut data = Data {
+        start,
         time_s: Vec::new(),
         curves: Vec::new(),
         names: Vec::new(),
@@ -226,6 +240,27 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
         data.told.push("areas are relative".into());
     }
     Ok(data)
+}
+
+/// What of the rotation is sought, of a target that is told to turn so.
+fn sought(choice: &Choice, attitude: Option<&Attitude>, start: &Instant) -> Option<Search> {
+    let range_s = choice.period_s;
+    match (&choice.attitude, attitude) {
+        (Turning::ScanPole, Some(Attitude::Spin { period_s, .. })) => {
+            Some(Search::Pole { range_s, told_s: Some(*period_s) })
+        }
+        (Turning::ScanPole, _) => Some(Search::Pole { range_s, told_s: None }),
+        (Turning::ScanTumble, Some(Attitude::Tumble { quaternion, inertia_kg_m2, rate_deg_s, epoch })) => {
+            let told = Quaternion::new(*quaternion).and_then(|attitude| {
+                let rate = DVec3::from_array(rate_deg_s.map(f64::to_radians));
+                let inertia = DVec3::from_array(*inertia_kg_m2);
+                Motion { attitude: attitude.0, rate, inertia }.after(start.since(&epoch.instant))
+            });
+            Some(Search::Tumble { range_s, told })
+        }
+        (Turning::ScanTumble, _) => Some(Search::Tumble { range_s, told: None }),
+        _ => None,
+    }
 }
 
 /// The points of a curve that may tell of a shape; the others are counted.

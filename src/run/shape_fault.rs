@@ -3,6 +3,7 @@
 use crate::inversion::egi::{EgiError, ProblemError};
 use crate::inversion::nonconvex::NonconvexError;
 use crate::inversion::pole::ScanError;
+use crate::inversion::tumble::TumbleError;
 
 /// Numbers of a tetrahedron: areas and normals of four facets less what closes them.
 pub(super) const LEAST: usize = 9;
@@ -22,6 +23,9 @@ pub enum InvertError {
     /// The pole was not found.
     #[error(transparent)]
     Scan(#[from] ScanError),
+    /// The motion was not found.
+    #[error(transparent)]
+    Tumble(#[from] TumbleError),
     /// Fewer points than the simplest body has numbers.
     #[error(
         "{points} usable points of {all}; the simplest body, of four facets that close, has {LEAST} numbers, and several hundred points in \

@@ -3,6 +3,7 @@
 use super::shape_law::Fitted;
 use super::shape_methods::{Draft, Solved, Way};
 use super::shape_pole::Rotation;
+use super::shape_tumble::Tumbling;
 use crate::inversion::nonconvex::{Assembly, Baseline, Triangle, Verdict};
 use crate::inversion::{egi, sphere};
 use glam::DVec3;
@@ -65,6 +66,8 @@ pub struct Found {
     pub asked: Model,
     /// The rotation, where it was sought.
     pub rotation: Option<Rotation>,
+    /// The motion without torque, where it was sought.
+    pub tumble: Option<Tumbling>,
     /// The law of the faces, where it was sought.
     pub law: Option<Fitted>,
     /// The extended Gaussian image.
@@ -90,6 +93,11 @@ pub struct Found {
 }
 
 impl Found {
+    /// Whether the body's axes are its own: it was sought how it turns.
+    pub fn has_own_axes(&self) -> bool {
+        self.rotation.is_some() || self.tumble.is_some()
+    }
+
     /// Whether the shape given is the convex one.
     pub fn is_convex(&self) -> bool {
         self.assembly.is_none() && self.folded.as_ref().is_none_or(|f| f.best.angle == 0.0)

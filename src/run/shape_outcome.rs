@@ -3,6 +3,7 @@
 use super::invert::Found;
 use super::shape_data::Data;
 use super::shape_pole::Rotation;
+use super::shape_tumble::Tumbling;
 pub use super::shape_words::{Errors, summary};
 use super::shape_words::{claims, sky};
 use crate::inversion::nonconvex::metrics::{aligned, bulk, distance, intersection_over_union};
@@ -19,7 +20,7 @@ const ALIGNED: usize = 1 << 17;
 /// Points on surfaces for distances.
 const POINTS: usize = 4000;
 
-/// Against the true triangles, part by part, after laying one on the other; it is turned only where the pole was sought, as the body's
+/// Against the true triangles, part by part, after laying one on the other; it is turned only where it was sought how it turns, as the body's
 /// axes are then its own. None without a shape.
 pub fn errors(found: &Found, data: &Data, truth: &[Vec<Triangle>]) -> Option<Errors> {
     let relative = is_relative(found, data);
@@ -29,7 +30,7 @@ pub fn errors(found: &Found, data: &Data, truth: &[Vec<Triangle>]) -> Option<Err
         return None;
     }
     let volume_ratio = volume(&own) / volume(truth);
-    let turned = found.rotation.is_some();
+    let turned = found.has_own_axes();
     let own = if turned { turned_over(truth, &own, relative) } else { aligned(truth, &own, ALIGNED) };
     let apart = distance(truth, &own, POINTS);
     Some(Errors {
@@ -128,6 +129,7 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
             Err(why) => json!({ "method": null, "converged": false, "fault": why }),
         },
         "rotation": found.rotation.as_ref().map(rotation),
+        "tumble": found.tumble.as_ref().map(|t| tumble(t, data)),
         "brdf": brdf(found, data),
         "curves": curves(found, data),
         "convex": found.is_convex(),
@@ -194,6 +196,33 @@ fn rotation(rotation: &Rotation) -> Json {
         "criterion": "chi2 + ln det(1 + J'J)", "criterion_limit": rotation.within,
         "refined": rotation.found.refined, "poles": rotation.found.map.len(),
         "periods": { "least_s": rotation.tried.0, "greatest_s": rotation.tried.1, "count": rotation.tried.2, "from": rotation.from },
+    })
+}
+
+fn tumble(tumble: &Tumbling, data: &Data) -> Json {
+    let least = tumble.best().map_or(f64::NAN, |m| m.criterion);
+    let minimum = |m: &crate::inversion::tumble::Minimum| {
+        let (ra, dec) = sky(m.motion.momentum());
+        let q = m.motion.attitude;
+        let (turn, nutation) = m.motion.periods().unwrap_or((f64::NAN, f64::NAN));
+        json!({
+            "quaternion": [q.w, q.x, q.y, q.z], "rate_deg_s": m.motion.rate.to_array().map(f64::to_degrees),
+            "inertia": m.motion.inertia.to_array(),
+            "momentum": m.motion.momentum().to_array(), "ra_deg": ra, "dec_deg": dec,
+            "turn_s": number(turn), "nutation_s": number(nutation),
+            "attitude_sd_deg": number(m.attitude_sd.length().to_degrees()),
+            "rate_sd_deg_s": m.rate_sd.to_array().map(|sd| number(sd.to_degrees())),
+            "chi2": number(m.solution.chi2), "chi2_reduced": number(m.solution.reduced()),
+            "criterion": number(m.criterion), "criterion_above_best": number(m.criterion - least),
+            "n_facets": m.solution.facets.len(),
+        })
+    };
+    json!({
+        "experimental": true, "epoch": format!("{}Z", data.start.iso_utc()),
+        "minima": tumble.found.minima.iter().map(minimum).collect::<Vec<_>>(),
+        "criterion": "chi2 + ln det(1 + J'J)", "criterion_limit": tumble.within,
+        "drawn": tumble.found.tried[0], "followed": tumble.found.tried[1], "refined": tumble.found.tried[2],
+        "told": tumble.told, "turns_s": tumble.range_s.map(|(low, high)| [low, high]),
     })
 }
 

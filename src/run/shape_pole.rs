@@ -3,7 +3,7 @@
 //! Periods stand closer than the resolution of the span T: steps of 0.3/T in frequency (Kaasalainen, Torppa & Muinonen 2001, Icarus 153, 37,
 //! take 0.5 to 0.8 of P^2/(2 T)). Where they are many, few poles rank them first, and the best go on to the full scan.
 
-use super::shape_data::{Data, Search};
+use super::shape_data::Data;
 use super::shape_fault::InvertError;
 use crate::inversion::egi::{Curve, Options, Scale};
 use crate::inversion::pole::{self, Found, Minimum, Scan, Spinning, body_axes};
@@ -52,14 +52,14 @@ impl Rotation {
     }
 }
 
-/// All poles, and the periods asked for, told, or seen in the light.
+/// All poles, and the periods asked for, those about the one told, or those seen in the light \[s\].
 ///
 /// # Errors
 /// [`InvertError::Periods`] for ranges that are none or hold too many, and as of [`pole::scan`].
-pub fn search(data: &Data, search: &Search) -> Result<Rotation, InvertError> {
+pub fn search(data: &Data, range_s: Option<(f64, f64)>, told_s: Option<f64>) -> Result<Rotation, InvertError> {
     let all = || data.time_s.iter().flatten().copied();
     let span = all().fold(f64::MIN, f64::max) - all().fold(f64::MAX, f64::min);
-    let (periods, from) = periods(data, search, span)?;
+    let (periods, from) = periods(data, range(range_s, told_s), span)?;
     let spinning = Spinning { curves: data.curves.clone(), times: data.time_s.clone() };
     let ends = periods.iter().fold((f64::MAX, f64::MIN), |(low, high), p| (low.min(*p), high.max(*p)));
     let tried = (ends.0, ends.1, periods.len());
@@ -70,9 +70,13 @@ pub fn search(data: &Data, search: &Search) -> Result<Rotation, InvertError> {
 }
 
 /// The periods to try, in falling order of frequency.
-fn periods(data: &Data, search: &Search, span: f64) -> Result<(Vec<f64>, &'static str), InvertError> {
+fn periods(
+    data: &Data,
+    range: Option<(f64, f64, &'static str)>,
+    span: f64,
+) -> Result<(Vec<f64>, &'static str), InvertError> {
     let fault = |low, high, count| Err(InvertError::Periods { low, high, count });
-    let Some((low, high, from)) = range(search) else {
+    let Some((low, high, from)) = range else {
         let seen = seen(data, span);
         return if seen.is_empty() {
             fault(f64::NAN, f64::NAN, 0)
@@ -96,8 +100,8 @@ fn periods(data: &Data, search: &Search, span: f64) -> Result<(Vec<f64>, &'stati
     Ok(((0..count).map(one).collect(), from))
 }
 
-fn range(search: &Search) -> Option<(f64, f64, &'static str)> {
-    match (search.range_s, search.told_s) {
+fn range(range_s: Option<(f64, f64)>, told_s: Option<f64>) -> Option<(f64, f64, &'static str)> {
+    match (range_s, told_s) {
         (Some((low, high)), _) => Some((low, high, "the range given")),
         (None, Some(told)) => Some((told * (1.0 - TOLD), told * (1.0 + TOLD), "the period told, within 1 %")),
         (None, None) => None,

@@ -3,6 +3,7 @@
 use super::invert::{Found, Model};
 use super::shape_data::{Data, told_left_out};
 use super::shape_pole::Rotation;
+use super::shape_tumble::Tumbling;
 use crate::inversion::egi::Verdict;
 use crate::inversion::nonconvex::Call;
 use glam::DVec3;
@@ -26,6 +27,9 @@ pub struct Errors {
 pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
     let convex = &found.convex;
     let mut said = Vec::new();
+    if let Some(tumble) = &found.tumble {
+        said.push(tumble.claim());
+    }
     let claimed = convex.facets.iter().filter(|e| e.claimed).count();
     let facets = match convex.verdict {
         Verdict::Facets => format!("{claimed} of {} facets are claimed", convex.facets.len()),
@@ -128,6 +132,37 @@ fn minima(rotation: &Rotation) -> Vec<String> {
     lines
 }
 
+/// The motions without torque that the light allows, line by line.
+fn motions(tumble: &Tumbling, data: &Data) -> Vec<String> {
+    let near = if tumble.told { "near the one told" } else { "none told" };
+    let turns = tumble.range_s.map_or_else(String::new, |(low, high)| {
+        format!(", {} drawn at random, a turn in {low} to {high} s", tumble.found.tried[0])
+    });
+    let mut lines = vec![format!(
+        "tumble, EXPERIMENTAL: {near}{turns}; {} motions within {} of the best, attitudes and rates at {} UTC:",
+        tumble.found.minima.len(),
+        tumble.within,
+        data.start.iso_utc()
+    )];
+    let least = tumble.best().map_or(0.0, |m| m.criterion);
+    lines.extend(tumble.found.minima.iter().map(|m| {
+        let (ra, dec) = sky(m.motion.momentum());
+        let periods = m.motion.periods().map_or_else(
+            || "about a principal axis".to_owned(),
+            |(turn, nutation)| format!("a turn about it in {turn:.4} s, a nutation in {nutation:.4} s"),
+        );
+        format!(
+            "  angular momentum RA {ra:.2}, Dec {dec:+.2} deg, {periods}, attitude +- {:.2} deg, {} facets, chi-square {:.2} a degree of freedom, \
+             criterion +{:.1}",
+            m.attitude_sd.length().to_degrees(),
+            m.solution.facets.len(),
+            m.solution.reduced(),
+            m.criterion - least
+        )
+    }));
+    lines
+}
+
 /// The law that was fitted.
 fn law(found: &Found) -> Vec<String> {
     let Some(law) = &found.law else { return Vec::new() };
@@ -157,6 +192,7 @@ pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<Strin
         ));
     }
     lines.extend(found.rotation.iter().flat_map(minima));
+    lines.extend(found.tumble.iter().flat_map(|t| motions(t, data)));
     lines.extend(law(found));
     lines.push(format!(
         "{} points, signal-to-noise ratio {:.0}: the light tells {} numbers",

@@ -233,7 +233,7 @@ pub(super) static KEYS: &[Key] = &[
     key("inversion.enabled", Flag, "", Is("false"), "whether `run` goes on to the shapes of the targets that have one"),
     key("inversion.model", Word(MODELS, &[]), "", Is("\"auto\""), "method"),
     key("inversion.brdf", WordOrTable(&["as-target", "fit"], "target[].material"), "", Is("\"as-target\""), "or a table as [target.material]"),
-    key("inversion.attitude", WordOrTable(&["as-target", "scan-pole"], "target[].attitude"), "", Is("\"as-target\""), "or a table as [target.attitude]"),
+    key("inversion.attitude", WordOrTable(&["as-target", "scan-pole", "scan-tumble"], "target[].attitude"), "", Is("\"as-target\""), "or a table as [target.attitude]"),
     key("inversion.truth", Path, "", Optional("\"shapes/boxwing.obj\""), "only compared with"),
     key("inversion.held_out", Real(0.0, 0.9), "", Is("0.2"), "share of epochs kept from the fit to test it, in stretches of time; 0 = none"),
 

@@ -138,6 +138,7 @@ impl Section for Inversion {
             attitude: match (own("attitude"), word("attitude")) {
                 (Some(keys), _) => Turning::Given(Box::new(Attitude::read(keys).map_err(inside("attitude"))?)),
                 (None, Some("scan-pole")) => Turning::ScanPole,
+                (None, Some("scan-tumble")) => Turning::ScanTumble,
                 _ => Turning::AsTarget,
             },
             truth: word("truth").map(Into::into),

@@ -465,6 +465,8 @@ pub enum Turning {
     AsTarget,
     /// Uniformly, about a pole that is sought over the whole sphere.
     ScanPole,
+    /// As a body without torque, whose motion is sought.
+    ScanTumble,
     /// In this way.
     Given(Box<Attitude>),
 }

@@ -4,7 +4,7 @@
 //! map      every pole of the grid by the inner problem, its local minima, the alias of each
 //! descend  a pattern search from each with the inner problem; those that end far above the best are dropped
 //! refine   facets, pole and period together, off the grid
-//! settle   again from a ring of poles about the best of each basin, until no ring finds a better one
+//! settle   again from rings of poles about the best of each basin
 //! ```
 //!
 //! Minima are compared by chi^2 + ln det(1 + J'J), twice the negative logarithm of their evidence (MacKay 1992, Neural Comput. 4, 415):
@@ -20,7 +20,7 @@ use crate::inversion::sphere::{angle, fibonacci, spacing, tangents};
 use crate::object::matter::Material;
 use glam::DVec3;
 use rayon::prelude::*;
-use std::f64::consts::TAU;
+use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
 /// Price of a parameter in the sparse fit unless told: facets that are merged too readily pull the pole.
 const AKAIKE: f64 = 2.0;
@@ -29,13 +29,17 @@ const HOPELESS: f64 = 3.0;
 /// Criterion above the best up to which a basin is settled.
 const SETTLED: f64 = 30.0;
 /// Most basins that rings are laid in.
-const BASINS: usize = 3;
+const BASINS: usize = 5;
 /// Starts of a ring.
 const RING: usize = 6;
 /// Radius of each ring about a basin's best \[rad\].
-const RADII: [f64; 3] = [0.05, 0.03, 0.05];
-/// Rotations nearer than their errors are one; these \[rad\], at least and at most, and cycles over the span, are taken for errors.
-const SAME: (f64, f64, f64) = (0.01, 0.05, 0.05);
+const RADII: [f64; 5] = [0.05, 0.1, 0.05, 0.03, 0.05];
+/// Directions where the sparse fit looks for facets, at most: many starts are worth more than a fine one.
+const GRID: usize = 500;
+/// Rotations nearer than this \[rad\], and no further apart than so many cycles over the span at least, are one.
+const SAME: (f64, f64) = (0.01, 0.05);
+/// Solutions of a basin: no further apart than this \[rad\], and than half a cycle over the span.
+const BASIN: f64 = 0.18;
 
 /// A search at work.
 pub(super) struct Task<'a> {
@@ -103,7 +107,7 @@ impl Task<'_> {
         let unknowns = Unknowns { bounds, view: &view };
         let start = vec![0.0; 3];
         let price = options.price.or(Some(AKAIKE));
-        let options = Options { price, ..options.clone() };
+        let options = Options { price, grid: options.grid.min(GRID), ..options.clone() };
         let solution = solve_from(self.problem, view(&start), Some(&unknowns), start, &options)?;
         let values: Vec<f64> = solution.unknowns.iter().map(|u| u.0).collect();
         let (pole, period) = rotation(&values);
@@ -112,13 +116,34 @@ impl Task<'_> {
         Ok(Minimum { pole, period, sd: [sd(0), sd(1), sd(2) * change], solution, criterion, alias: false })
     }
 
-    /// Whether two rotations are one by the errors of the first.
+    /// Whether two rotations are one.
     fn same(&self, a: &Minimum, b: &Minimum) -> bool {
-        let [x, y, period] = a.sd;
-        let apart = x.hypot(y).clamp(SAME.0, SAME.1);
         let cycles = self.spin.cycles(a.period, b.period).abs();
-        let unsure = self.spin.cycles(a.period, a.period + period).abs().clamp(SAME.2, 0.5);
-        angle(a.pole, b.pole) < apart && cycles < unsure
+        let unsure = self.spin.cycles(a.period, a.period + a.sd[2]).abs().clamp(SAME.1, 0.5);
+        angle(a.pole, b.pole) < SAME.0 && cycles < unsure
+    }
+
+    fn share_a_basin(&self, a: &Minimum, b: &Minimum) -> bool {
+        angle(a.pole, b.pole) < BASIN && self.spin.cycles(a.period, b.period).abs() < 0.5
+    }
+
+    /// Standard deviations with the scatter of all solutions of the basin in them, each by how likely it is: one fit knows its error with its own facets
+    /// only, others explain the light with others (law of total variance).
+    fn widened(&self, minimum: &Minimum, all: &[Minimum]) -> [f64; 3] {
+        let told = |m: &&Minimum| m.sd.iter().all(|sd| sd.is_finite()) && self.share_a_basin(m, minimum);
+        let own = all.iter().filter(told);
+        let least = own.clone().map(|m| m.criterion).fold(f64::INFINITY, f64::min);
+        let (mut sum, mut square) = (0.0, [0.0; 3]);
+        for other in own {
+            let weight = libm::exp(0.5 * (least - other.criterion));
+            sum += weight;
+            let away = [angle(other.pole, minimum.pole) * FRAC_1_SQRT_2; 2];
+            let away = [away[0], away[1], other.period - minimum.period];
+            for ((square, sd), away) in square.iter_mut().zip(other.sd).zip(away) {
+                *square += weight * (sd * sd + away * away);
+            }
+        }
+        if sum > 0.0 { square.map(|square| (square / sum).sqrt()) } else { minimum.sd }
     }
 }
 
@@ -163,9 +188,9 @@ pub(super) fn search(task: &Task, scan: &Scan, options: &Options) -> Result<Foun
     let refined = all.len();
     let limit = all.first().map_or(0.0, |best| best.criterion + scan.within);
     let mut minima: Vec<Minimum> = Vec::new();
-    for minimum in all.into_iter().take_while(|m| m.criterion <= limit) {
-        if !minima.iter().any(|m| task.same(m, &minimum)) {
-            minima.push(minimum);
+    for minimum in all.iter().take_while(|m| m.criterion <= limit) {
+        if !minima.iter().any(|m| task.same(m, minimum)) {
+            minima.push(Minimum { sd: task.widened(minimum, &all), ..minimum.clone() });
         }
     }
     Ok(Found { map, minima, refined })
@@ -180,9 +205,6 @@ fn settle(
     options: &Options,
 ) -> Result<Vec<Minimum>, EgiError> {
     let by_criterion = |a: &Minimum, b: &Minimum| a.criterion.total_cmp(&b.criterion);
-    let basin = |a: &Minimum, b: &Minimum| {
-        angle(a.pole, b.pole) < 1.6 * step && task.spin.cycles(a.period, b.period).abs() < 0.5
-    };
     for (ring, radius) in RADII.into_iter().enumerate() {
         all.sort_by(by_criterion);
         let limit = all.first().map_or(f64::INFINITY, |best| best.criterion + SETTLED);
@@ -190,7 +212,7 @@ fn settle(
         let first = promising.iter().filter(|_| ring == 0);
         let mut heads: Vec<Minimum> = Vec::new();
         for minimum in first.chain(near) {
-            if !heads.iter().any(|h| basin(h, minimum)) {
+            if !heads.iter().any(|h| task.share_a_basin(h, minimum)) {
                 heads.push(minimum.clone());
             }
         }
