@@ -337,7 +337,7 @@ fn a_tumble_is_found_near_the_one_told() {
     let options = ["--attitude", "scan-tumble", "--model", "convex", "--held-out", "0"];
     let (shape, said) = inverted(dir, &[&["light.csv", "--scene", "told.toml"], &options[..]].concat());
     let tumble = &shape["tumble"];
-    assert!(tumble["experimental"] == true && tumble["epoch"] == "2017-09-04T00:00:00.000Z", "{tumble}");
+    assert!(tumble["experimental"] == true && tumble["epoch"] == "2017-09-04T00:00:00.000000Z", "{tumble}");
     let best = &tumble["minima"][0];
     let three = |key: &str| DVec3::from_array([0, 1, 2].map(|k| number(&best[key][k])));
     let off = three("momentum").angle_between(truth.momentum());
