@@ -2,7 +2,7 @@
 //! seconds apart, an hour between them, SNR 50; a turn about the angular momentum takes 100 to 200 s.
 //!
 //! `cargo run --release --example how_does_it_tumble [near|scan] [seeds] [first seed] [least turn, s] [greatest turn, s] [starts]`: `near` begins at a
-//! motion some degrees and one part in 300 off, `scan` at random motions.
+//! motion some degrees and one part in 300 off, `scan` at random motions; one seed, the fifth, if nothing is given.
 use glam::{DQuat, DVec3};
 use nightglass::inversion::egi::{Curve, Options, Scale};
 use nightglass::inversion::pole::Spinning;
@@ -17,7 +17,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
     let number = |k: usize, usual: f64| arguments.get(k).map_or(Ok(usual), |v| v.parse::<f64>());
     let near = arguments.first().is_none_or(|what| what != "scan");
-    let (seeds, first) = (number(1, 1.0)? as u64, number(2, 1.0)? as u64);
+    let (seeds, first) = (number(1, 1.0)? as u64, number(2, 5.0)? as u64);
     let turn = (number(3, 100.0)?, number(4, 200.0)?);
     let starts = number(5, Scan::default().starts as f64)? as usize;
     let mut met = 0;

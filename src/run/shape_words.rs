@@ -30,6 +30,7 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
     if let Some(tumble) = &found.tumble {
         said.push(tumble.claim());
     }
+    said.extend(found.rotation.as_ref().and_then(|r| r.best()).and_then(|best| doubt(best.solution.reduced())));
     let claimed = convex.facets.iter().filter(|e| e.claimed).count();
     let facets = match convex.verdict {
         Verdict::Facets => format!("{claimed} of {} facets are claimed", convex.facets.len()),
@@ -103,6 +104,17 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
         said.push(format!("{:.0} % of the directions were never lit and seen", 100.0 * convex.unobserved));
     }
     said
+}
+
+/// What is wrong where no rotation explains the light.
+fn doubt(reduced: f64) -> Option<String> {
+    // beside 3: a curve that no convex body sends leaves about 2 at its true pole
+    (reduced > 3.0).then(|| {
+        format!(
+            "warning: at the best pole chi-square is {reduced:.1} a degree of freedom: no rotation that was tried explains the light with this law; \
+             the pole is likely wrong, the period too"
+        )
+    })
 }
 
 /// The rotations that the light allows, line by line.
@@ -230,4 +242,15 @@ pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<Strin
 /// Right ascension and declination \[deg\].
 pub(super) fn sky(v: DVec3) -> (f64, f64) {
     (v.y.atan2(v.x).to_degrees().rem_euclid(360.0), v.z.clamp(-1.0, 1.0).asin().to_degrees())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pole_that_explains_nothing_is_doubted() {
+        assert!(doubt(66.8).is_some_and(|said| said.starts_with("warning: at the best pole chi-square is 66.8")));
+        assert!(doubt(1.2).is_none() && doubt(f64::NAN).is_none());
+    }
 }

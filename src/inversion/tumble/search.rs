@@ -316,7 +316,8 @@ pub(super) fn search(
         };
         tried[1] += kept.len();
         let mut places = window.best(follow(&kept)?, usize::MAX);
-        if number == 0 {
+        // a motion that is told is no symmetric body's
+        if number == 0 && !drawn.is_empty() {
             let less = |p: &Place| {
                 let ways = [(LESS.1, 0.0), (-LESS.1, 0.0), (LESS.1, FRAC_PI_4), (-LESS.1, FRAC_PI_4)];
                 ways.map(|(by, angle)| p.motion.less_symmetric(by, angle))
