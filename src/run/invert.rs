@@ -46,9 +46,7 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
     if whole.len() < LEAST {
         return Err(InvertError::TooFew { points: whole.len(), all: data.points() + data.left_out.points() });
     }
-    // where the pole was sought the law is near what it is there
-    let begin = rotation.as_ref().map_or(&data.material, |r| &r.material);
-    let law = data.fits_material.then(|| shape_law::fit(&whole, begin)).transpose()?;
+    let law = data.fits_material.then(|| shape_law::fit(&whole, &data.material)).transpose()?;
     let material = law.as_ref().map_or(&data.material, |l| &l.material);
     let (mut curves, mut outlier, first) = without_outliers(&all, material, law.as_ref().map(|l| &l.solution))?;
     let is_fixed = |c: &&Curve| matches!(c.scale, Scale::Fixed(_));

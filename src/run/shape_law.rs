@@ -38,27 +38,23 @@ fn has_lobe(model: &Model) -> bool {
     matches!(model, Model::Phong | Model::PhongDraft | Model::BlinnPhong | Model::BlinnPhongDraft)
 }
 
-/// C_d + C_s, 1 where there is none.
-fn albedo(material: &Material) -> f64 {
-    let sum = material.diffuse + material.specular;
-    if sum > 0.0 { sum } else { 1.0 }
-}
-
-/// The law of `start`, Blinn's and Phong's where it has no lobe, with another specular share and exponent.
-pub(super) fn with(start: &Material, share: f64, exponent: f64) -> Material {
-    let model = if has_lobe(&start.model) { start.model.clone() } else { Model::BlinnPhong };
-    let albedo = albedo(start);
-    Material { model, diffuse: albedo * (1.0 - share), specular: albedo * share, exponent, ..start.clone() }
-}
-
 /// Fit the specular share and the exponent of a law with a lobe: that of `start`, or Blinn's and Phong's where it has none.
 ///
 /// # Errors
 /// As of [`joint::solve`].
 pub fn fit(problem: &Problem, start: &Material) -> Result<Fitted, EgiError> {
+    let model = if has_lobe(&start.model) { start.model.clone() } else { Model::BlinnPhong };
+    let sum = start.diffuse + start.specular;
+    let albedo = if sum > 0.0 { sum } else { 1.0 };
     let law = |values: &[f64]| {
         let (share, log) = (values.first().copied().unwrap_or(0.0), values.get(1).copied().unwrap_or(0.0));
-        with(start, share, libm::exp(log))
+        Material {
+            model: model.clone(),
+            diffuse: albedo * (1.0 - share),
+            specular: albedo * share,
+            exponent: libm::exp(log),
+            ..start.clone()
+        }
     };
     let bounds = [(0.0, 1.0), (libm::log(EXPONENT.0), libm::log(EXPONENT.1))];
     let solution = joint::solve(problem, &bounds, &law, &Options::default())?;
@@ -69,7 +65,7 @@ pub fn fit(problem: &Problem, start: &Material) -> Result<Fitted, EgiError> {
         material: law(&[share.0, log.0]),
         specular_fraction: share,
         exponent: (exponent, exponent * log.1),
-        albedo: albedo(start),
+        albedo,
         solution,
     })
 }

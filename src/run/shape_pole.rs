@@ -5,10 +5,8 @@
 
 use super::shape_data::Data;
 use super::shape_fault::InvertError;
-use super::shape_law;
-use crate::inversion::egi::{Curve, Options, Problem, Scale};
+use crate::inversion::egi::{Curve, Options, Scale};
 use crate::inversion::pole::{self, Found, Minimum, Scan, Spinning, body_axes};
-use crate::object::matter::Material;
 use crate::photometry::period;
 
 /// Step of frequencies, in times of 1/span.
@@ -20,12 +18,6 @@ const FULL: usize = 4;
 const RANKING: (usize, usize) = (80, 100);
 /// Share by which a told period may be wrong.
 const TOLD: f64 = 0.01;
-/// Specular shares and exponents that are tried beside those told, where the law is sought too.
-const LAWS: [(f64, f64); 7] =
-    [(0.0, 10.0), (0.3, 4.0), (0.3, 15.0), (0.3, 60.0), (0.7, 4.0), (0.7, 15.0), (0.7, 60.0)];
-/// Normals that rank laws, and how often law and poles follow each other.
-const LAW_NORMALS: usize = 200;
-const ROUNDS: usize = 2;
 /// Candidates of a period search that are followed, with their doubles and halves.
 const CANDIDATES: usize = 3;
 
@@ -40,8 +32,6 @@ pub struct Rotation {
     pub within: f64,
     /// Where they come from, in words.
     pub from: &'static str,
-    /// The law that the faces were taken to have; where it is sought too, close to what it is at the best pole.
-    pub material: Material,
 }
 
 impl Rotation {
@@ -75,37 +65,8 @@ pub fn search(data: &Data, range_s: Option<(f64, f64)>, told_s: Option<f64>) -> 
     let tried = (ends.0, ends.1, periods.len());
     let periods = if periods.len() > FULL { ranked(&spinning, data, &periods)? } else { periods };
     let how = Scan { periods, ..Scan::default() };
-    let begin = if data.fits_material { likeliest(&spinning, data, &how)? } else { data.material.clone() };
-    let found = pole::scan(&spinning, &begin, &how, &Options::default())?;
-    let mut rotation = Rotation { found, tried, within: how.within, from, material: begin };
-    // a law that is wrong moves the pole, a pole that is wrong the law
-    for _ in 0..if data.fits_material { ROUNDS } else { 0 } {
-        let law = shape_law::fit(&Problem::new(&rotation.in_body_axes(data))?, &rotation.material)?;
-        let found = pole::scan(&spinning, &law.material, &how, &Options::default())?;
-        let criterion = |found: &Found| found.minima.first().map_or(f64::INFINITY, |m| m.criterion);
-        let gain = criterion(&rotation.found) - criterion(&found);
-        if gain > 0.0 {
-            rotation = Rotation { found, material: law.material, ..rotation };
-        }
-        if gain.is_nan() || gain < how.within {
-            break;
-        }
-    }
-    Ok(rotation)
-}
-
-/// The law of those told and tried with which a few poles explain the light best.
-fn likeliest(spinning: &Spinning, data: &Data, how: &Scan) -> Result<Material, InvertError> {
-    let few = Scan { poles: RANKING.0, normals: LAW_NORMALS, periods: how.periods.clone(), ..Scan::default() };
-    let tried = LAWS.map(|(share, exponent)| shape_law::with(&data.material, share, exponent));
-    let mut best = (f64::INFINITY, data.material.clone());
-    for material in std::iter::once(data.material.clone()).chain(tried) {
-        let chi2 = pole::by_period(spinning, &material, &few)?.into_iter().fold(f64::INFINITY, f64::min);
-        if chi2 < best.0 {
-            best = (chi2, material);
-        }
-    }
-    Ok(best.1)
+    let found = pole::scan(&spinning, &data.material, &how, &Options::default())?;
+    Ok(Rotation { found, tried, within: how.within, from })
 }
 
 /// The periods to try, in falling order of frequency.
