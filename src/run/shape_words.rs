@@ -108,11 +108,10 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
 
 /// What is wrong where no rotation explains the light.
 fn doubt(reduced: f64) -> Option<String> {
-    // beside 3: a curve that no convex body sends leaves about 2 at its true pole
     (reduced > 3.0).then(|| {
         format!(
-            "warning: at the best pole chi-square is {reduced:.1} a degree of freedom: no rotation that was tried explains the light with this law; \
-             the pole is likely wrong, the period too"
+            "warning: at the best pole chi-square is {reduced:.1} a degree of freedom: no rotation that was tried explains the light \
+             as a convex body's of this law: pole and period may be as wrong as law or body"
         )
     })
 }

@@ -66,7 +66,7 @@ fn changes_are_of_what_they_say_and_always_a_body() {
     assert!(start.differs(&start.less_symmetric(0.3, 0.6), &times) > 1e-3);
 }
 
-/// 3 deg and one part in 300 of the rates off, 40 deg at the end: the motion comes back within 3 deg of the whole way.
+/// 3 deg and one part in 300 of the rates off, more than 28 deg at the end: the motion comes back within 5 deg of the whole way.
 #[test]
 fn a_told_motion_is_mended() {
     let (spinning, truth) = observed();
