@@ -31,6 +31,14 @@ pub struct Spinning {
     pub times: Vec<Vec<f64>>,
 }
 
+impl Spinning {
+    /// Whether every datum has a time.
+    pub(super) fn is_timed(&self) -> bool {
+        self.times.len() == self.curves.len()
+            && self.times.iter().zip(&self.curves).all(|(t, c)| t.len() == c.y.len())
+    }
+}
+
 /// Where to look.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scan {
@@ -209,9 +217,7 @@ fn task<'a>(
     let times = spinning.times.iter().map(Vec::len).sum();
     let fits =
         (10..=100_000).contains(&poles) && (1..=100_000).contains(&periods) && (50..=5000).contains(&normals);
-    let as_many = spinning.times.len() == spinning.curves.len()
-        && spinning.times.iter().zip(&spinning.curves).all(|(t, c)| t.len() == c.y.len());
-    if !fits || !as_many {
+    if !fits || !spinning.is_timed() {
         return Err(ScanError::Size { poles, periods, normals, times, data });
     }
     let value = |what, number, value, range| Err(ScanError::Value { what, number, value, range });

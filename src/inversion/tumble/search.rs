@@ -145,10 +145,15 @@ impl<'a> Window<'a> {
         step.iter().all(|s| s.is_finite()).then_some(step)
     }
 
+    /// Times at which motions are compared \[s\].
+    fn some_times(&self) -> Vec<f64> {
+        self.times.iter().copied().step_by(self.times.len() / 12 + 1).collect()
+    }
+
     /// The best of the places, each once.
     fn best(&self, mut places: Vec<Place>, most: usize) -> Vec<Place> {
         places.sort_by(|a, b| a.body.chi2.total_cmp(&b.body.chi2));
-        let some: Vec<f64> = self.times.iter().copied().step_by(self.times.len() / 12 + 1).collect();
+        let some = self.some_times();
         let mut out: Vec<Place> = Vec::new();
         for place in places {
             if out.len() >= most {
@@ -351,7 +356,7 @@ pub(super) fn search(
 fn listed(mut all: Vec<Minimum>, window: &Window, instant: f64, within: f64) -> Vec<Minimum> {
     all.sort_by(|a, b| a.criterion.total_cmp(&b.criterion));
     let limit = all.first().map_or(0.0, |best| best.criterion + within);
-    let some: Vec<f64> = window.times.iter().copied().step_by(window.times.len() / 12 + 1).collect();
+    let some = window.some_times();
     let mut out: Vec<Minimum> = Vec::new();
     for minimum in all.into_iter().take_while(|m| m.criterion <= limit) {
         if !out.iter().any(|m| m.motion.differs(&minimum.motion, &some) < SAME) {
@@ -368,9 +373,7 @@ fn listed(mut all: Vec<Minimum>, window: &Window, instant: f64, within: f64) -> 
 fn checked_times(spinning: &Spinning) -> Result<Vec<f64>, TumbleError> {
     let all: Vec<f64> = spinning.times.iter().flatten().copied().collect();
     let (low, high) = all.iter().fold((f64::INFINITY, f64::NEG_INFINITY), |(l, h), t| (t.min(l), t.max(h)));
-    let as_many = spinning.times.len() == spinning.curves.len()
-        && spinning.times.iter().zip(&spinning.curves).all(|(t, c)| t.len() == c.y.len());
-    if as_many && all.iter().all(|t| t.is_finite()) && high > low && high - low <= 1e9 {
+    if spinning.is_timed() && all.iter().all(|t| t.is_finite()) && high > low && high - low <= 1e9 {
         return Ok(all);
     }
     let data = spinning.curves.iter().map(|c| c.y.len()).sum();
