@@ -6,6 +6,7 @@
 //! polytope   that body's planes, vertices, faces; how alike two bodies are
 //! nonconvex  is the body convex at all; boxes and panels fitted through the exact renderer, and all that fit as well
 //! inner      what an attitude is worth, quickly
+//! refine     a motion and its facets together
 //! tumble     how a body without torque may turn, experimental
 //! pole       where a spinning body's axis may point
 //! ```
@@ -20,6 +21,7 @@ pub mod nonconvex;
 pub mod observability;
 pub mod pole;
 pub mod polytope;
+mod refine;
 pub mod sphere;
 pub mod synthetic;
 pub mod tumble;

@@ -14,16 +14,15 @@
 //! to 8 deg. The sparse fit in turn keeps the facets that its start suggests, so that one start is often stuck; a ring of starts is not.
 
 use super::{Found, Minimum, Scan, Spin};
-use crate::inversion::egi::{EgiError, Options, Problem, Unknowns, View, solve_from};
+use crate::inversion::egi::{EgiError, Options, Problem, Unknowns, View};
 use crate::inversion::inner::Inner;
+use crate::inversion::refine::{Refined, refine};
 use crate::inversion::sphere::{angle, fibonacci, spacing, tangents};
 use crate::object::matter::Material;
 use glam::DVec3;
 use rayon::prelude::*;
 use std::f64::consts::{FRAC_1_SQRT_2, TAU};
 
-/// Price of a parameter in the sparse fit unless told: facets that are merged too readily pull the pole.
-const AKAIKE: f64 = 2.0;
 /// Inner chi^2 over the least, from where on a place is dropped.
 const HOPELESS: f64 = 3.0;
 /// Criterion above the best up to which a basin is settled.
@@ -34,8 +33,6 @@ const BASINS: usize = 5;
 const RING: usize = 6;
 /// Radius of each ring about a basin's best \[rad\].
 const RADII: [f64; 5] = [0.05, 0.1, 0.05, 0.03, 0.05];
-/// Directions where the sparse fit looks for facets, at most: many starts are worth more than a fine one.
-const GRID: usize = 500;
 /// Rotations nearer than this \[rad\], and no further apart than so many cycles over the span at least, are one.
 const SAME: (f64, f64) = (0.01, 0.05);
 /// Solutions of a basin: no further apart than this \[rad\], and than half a cycle over the span.
@@ -104,16 +101,11 @@ impl Task<'_> {
             View { epochs: self.spin.epochs(pole, period), material: self.material.clone() }
         };
         let bounds = vec![(-reach, reach), (-reach, reach), (-0.9, 0.9)];
-        let unknowns = Unknowns { bounds, view: &view };
-        let start = vec![0.0; 3];
-        let price = options.price.or(Some(AKAIKE));
-        let options = Options { price, grid: options.grid.min(GRID), ..options.clone() };
-        let solution = solve_from(self.problem, view(&start), Some(&unknowns), start, &options)?;
-        let values: Vec<f64> = solution.unknowns.iter().map(|u| u.0).collect();
+        let Refined { solution, values, sd, criterion } =
+            refine(self.problem, &Unknowns { bounds, view: &view }, options)?;
         let (pole, period) = rotation(&values);
-        let sd = |k: usize| solution.unknowns.get(k).map_or(f64::INFINITY, |u| u.1);
-        let criterion = solution.chi2 + solution.occam;
-        Ok(Minimum { pole, period, sd: [sd(0), sd(1), sd(2) * change], solution, criterion, alias: false })
+        let sd = [0, 1, 2].map(|k| sd.get(k).copied().unwrap_or(f64::INFINITY));
+        Ok(Minimum { pole, period, sd: [sd[0], sd[1], sd[2] * change], solution, criterion, alias: false })
     }
 
     /// Whether two rotations are one.

@@ -10,9 +10,10 @@
 use super::motion::UNKNOWNS;
 use super::{Found, Minimum, Motion, Scan, TumbleError};
 use crate::inversion::cholesky::{Cholesky, dot};
-use crate::inversion::egi::{Curve, EgiError, Options, Problem, Unknowns, View, solve_from};
+use crate::inversion::egi::{Curve, EgiError, Options, Problem, Unknowns, View};
 use crate::inversion::inner::{Body, Inner};
 use crate::inversion::pole::Spinning;
+use crate::inversion::refine::{Refined, refine};
 use crate::inversion::synthetic::Stream;
 use crate::object::convex::Epochs;
 use crate::object::matter::Material;
@@ -22,10 +23,6 @@ use std::f64::consts::{FRAC_PI_4, TAU};
 /// Normals of the inner problem where motions are drawn, where they are followed, and in the last window: what their spacing costs, 20 of chi^2 a
 /// datum at SNR 50 and 200 normals, hides the true motion.
 const NORMALS: [usize; 3] = [300, 500, 1000];
-/// Directions where the sparse fit looks for facets, at most.
-const GRID: usize = 500;
-/// Price of a parameter of the sparse fit, as for poles.
-const AKAIKE: f64 = 2.0;
 /// Turns that the first window holds, points that it has to hold, and how much longer the next is.
 const WINDOW: (f64, usize, f64) = (6.0, 80, 2.5);
 /// Moments about the axis of the bodies that are drawn, over those across it.
@@ -172,24 +169,16 @@ impl<'a> Window<'a> {
         let scaled = |v: &[f64]| v.iter().zip(units).map(|(v, u)| v * u).collect::<Vec<_>>();
         let view =
             |v: &[f64]| View { epochs: self.epochs(&motion.changed(&scaled(v))), material: self.material.clone() };
-        let unknowns = Unknowns { bounds: vec![(-STEP, STEP); UNKNOWNS], view: &view };
-        let start = vec![0.0; UNKNOWNS];
-        let options =
-            Options { price: options.price.or(Some(AKAIKE)), grid: options.grid.min(GRID), ..options.clone() };
-        let solution = solve_from(self.problem, view(&start), Some(&unknowns), start, &options)?;
-        let (values, sd): (Vec<f64>, Vec<f64>) = solution.unknowns.iter().copied().unzip();
+        let bounds = vec![(-STEP, STEP); UNKNOWNS];
+        let Refined { solution, values, sd, criterion } =
+            refine(self.problem, &Unknowns { bounds, view: &view }, options)?;
         let sd = scaled(&sd);
         let three = |k: usize| {
             let at = |k: usize| sd.get(k).copied().unwrap_or(f64::INFINITY);
             glam::DVec3::new(at(k), at(k + 1), at(k + 2))
         };
-        Ok(Minimum {
-            motion: motion.changed(&scaled(&values)),
-            attitude_sd: three(0),
-            rate_sd: three(3),
-            criterion: solution.chi2 + solution.occam,
-            solution,
-        })
+        let motion = motion.changed(&scaled(&values));
+        Ok(Minimum { motion, attitude_sd: three(0), rate_sd: three(3), criterion, solution })
     }
 
     /// Refined again and again until that helps no more.
@@ -254,6 +243,17 @@ fn windows(times: &[f64], turn: f64) -> Vec<(f64, f64)> {
     }
 }
 
+fn motions(places: Vec<Place>) -> Vec<Motion> {
+    places.into_iter().map(|p| p.motion).collect()
+}
+
+/// Places whose chi^2 is at most so many times the least.
+fn hopeful(mut places: Vec<Place>, times: f64) -> Vec<Place> {
+    let least = places.iter().map(|p| p.body.chi2).fold(f64::INFINITY, f64::min);
+    places.retain(|p| p.body.chi2 <= times * least);
+    places
+}
+
 /// Motions drawn at random.
 fn draw(scan: &Scan, low: f64, high: f64) -> Vec<Motion> {
     let mut stream = Stream::new(scan.seed);
@@ -308,7 +308,7 @@ pub(super) fn search(
         if number == 0 && !drawn.is_empty() {
             let window = Window::new(&problem, since, material, NORMALS[0]);
             let places = drawn.par_iter().map(|m| window.place(*m)).collect::<Result<Vec<_>, EgiError>>()?;
-            kept = window.best(places, scan.followed).into_iter().map(|p| p.motion).collect();
+            kept = motions(window.best(places, scan.followed));
         }
         if let (0, Some(told)) = (number, told) {
             let mut stream = Stream::new(scan.seed);
@@ -330,24 +330,20 @@ pub(super) fn search(
             let less: Vec<Motion> = places.iter().take(LESS.0).flat_map(less).collect();
             places.extend(follow(&less)?);
         }
-        let most = (kept.len() / KEPT.0).max(KEPT.1);
-        let least = places.iter().map(|p| p.body.chi2).fold(f64::INFINITY, f64::min);
-        places.retain(|p| p.body.chi2 <= HOPELESS.0 * least);
-        kept = window.best(places, most).into_iter().map(|p| p.motion).collect();
-        if last {
-            let places = follow(&kept)?;
-            let least = places.iter().map(|p| p.body.chi2).fold(f64::INFINITY, f64::min);
-            let hopeful = places.into_iter().filter(|p| p.body.chi2 <= HOPELESS.1 * least);
-            kept = window.best(hopeful.collect(), scan.refined).into_iter().map(|p| p.motion).collect();
-            tried[2] = kept.len();
-            let refine = |m: &Motion| window.refine(*m, options);
-            let mut all = kept.par_iter().map(refine).collect::<Result<Vec<_>, EgiError>>()?;
-            let least = all.iter().map(|m| m.criterion).fold(f64::INFINITY, f64::min);
-            all.retain(|m| m.criterion <= least + SETTLED);
-            let settle = |m: Minimum| window.settle(m, options);
-            let all = all.into_par_iter().map(settle).collect::<Result<Vec<_>, EgiError>>()?;
-            return Ok(Found { minima: listed(all, &window, instant, scan.within), tried });
+        if !last {
+            let most = (kept.len() / KEPT.0).max(KEPT.1);
+            kept = motions(window.best(hopeful(places, HOPELESS.0), most));
+            continue;
         }
+        kept = motions(window.best(hopeful(places, HOPELESS.1), scan.refined));
+        tried[2] = kept.len();
+        let refine = |m: &Motion| window.refine(*m, options);
+        let mut all = kept.par_iter().map(refine).collect::<Result<Vec<_>, EgiError>>()?;
+        let least = all.iter().map(|m| m.criterion).fold(f64::INFINITY, f64::min);
+        all.retain(|m| m.criterion <= least + SETTLED);
+        let settle = |m: Minimum| window.settle(m, options);
+        let all = all.into_par_iter().map(settle).collect::<Result<Vec<_>, EgiError>>()?;
+        return Ok(Found { minima: listed(all, &window, instant, scan.within), tried });
     }
     Err(TumbleError::Nowhere)
 }
