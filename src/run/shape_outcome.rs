@@ -105,6 +105,8 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
             })),
         })
     };
+    let tie =
+        |t: &crate::inversion::nonconvex::Tie| json!({ "kind": t.name(), "parts": t.parts(), "axes": t.axes() });
     let rival = |a: &crate::inversion::nonconvex::Alternative| {
         json!({ "n_parts": a.parts.len(), "chi2": a.chi2, "volume_m3": a.volume, "chamfer": a.chamfer,
             "panels": a.panels.iter().map(|(n, area)| json!({ "normal": n.to_array(), "area_m2": area })).collect::<Vec<_>>() })
@@ -150,6 +152,7 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
             "defect_sigmas": v.defect_sigmas, "defect_limit": v.defect_limit,
         })),
         "parts": found.assembly.as_ref().map(|a| a.parts.iter().map(part).collect::<Vec<_>>()),
+        "ties": found.assembly.as_ref().map(|a| a.ties.iter().map(tie).collect::<Vec<_>>()),
         "alternatives": found.assembly.as_ref().map(|a| a.alternatives.iter().map(rival).collect::<Vec<_>>()),
         "concavity": found.folded.as_ref().map(|f| json!({
             "direction": f.direction.to_array(), "angle_deg": f.best.angle.to_degrees(), "chi2": f.best.chi2,

@@ -96,6 +96,12 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
                 panel.normal_sd.to_degrees()
             ));
         }
+        if !assembly.ties.is_empty() {
+            said.push(format!(
+                "{} regularities of their edges and faces are taken for exact, as the light does not speak against them, and all errors suppose them",
+                assembly.ties.len()
+            ));
+        }
         if !assembly.alternatives.is_empty() {
             said.push(format!("{} other assemblies explain it as well", assembly.alternatives.len()));
         }

@@ -1,9 +1,11 @@
 //! The simplest assembly that the data allow: regularities taken for exact.
 //!
-//! The data cannot tell a thing that is nearly regular from one that is. Where taking a regularity for exact raises chi^2 by less than ln T
-//! for each parameter that it saves (Schwarz 1978, Ann. Stat. 6, 461), the simpler assembly is the likelier one, and its other
-//! parameters are the surer. Candidates are ranked by the rise that the covariance C predicts, d' (A C A')^-1 d with violations d and
-//! slopes A; each is then fitted as soft rows with a standard deviation far below what the data resolve.
+//! The data cannot tell a thing that is nearly regular from one that is. Where taking a regularity for exact raises chi^2 by less than it
+//! is worth, the simpler assembly is the likelier one, and its other parameters are the surer. It is worth ln T for each parameter that it
+//! saves (Schwarz 1978, Ann. Stat. 6, 461), but no more than ln det(1 + F^2 S^-1), S = A C A' the covariance of its violations d with
+//! slopes A and F the range where they are sought: what the data hardly know they do not confirm (Lindley 1957, Biometrika 44, 187).
+//! Candidates are ranked by the rise that the covariance C predicts, d' S^-1 d; each is then fitted as soft rows with a standard
+//! deviation far below what the data resolve.
 
 use super::fit::{Data, Model, free};
 use super::part::{PARAMETERS, Part};
@@ -13,7 +15,7 @@ use crate::inversion::cholesky::Cholesky;
 
 /// Cosine below which attitudes are not even nearly parallel.
 const NEARLY: f64 = 0.94;
-/// Violation beyond which no tie is tried: of angles \[rad\], of places in typical half sizes, of log sizes.
+/// Violation beyond which no tie is tried, the width of what might be without one: of angles \[rad\], of places in typical half sizes, of log sizes.
 const FAR: f64 = 0.5;
 /// Standard deviation of a violation, in slacks, below which it follows from the ties that hold.
 const FOLLOWS: f64 = 10.0;
@@ -39,7 +41,6 @@ fn candidates(parts: &[Part], scale: f64) -> Vec<Tie> {
                 out.push(Tie::Parallel { parts: [i, j] });
             }
             for (k, axis, _) in pairs.into_iter().filter(|(.., cosine)| cosine.abs() > NEARLY) {
-                out.push(Tie::Equal { parts: [i, j], axes: [k, axis] });
                 out.push(Tie::Centred { parts: [i, j], axis: k });
                 for positive in [[false, false], [false, true], [true, false], [true, true]] {
                     out.push(Tie::Flush { parts: [i, j], axes: [k, axis], positive });
@@ -47,12 +48,17 @@ fn candidates(parts: &[Part], scale: f64) -> Vec<Tie> {
             }
         }
     }
+    let sizes: Vec<(usize, usize)> = (0..parts.len()).flat_map(|part| (0..3).map(move |k| (part, k))).collect();
+    for (n, &(j, b)) in sizes.iter().enumerate() {
+        let equal = |&(i, a): &(usize, usize)| Tie::Equal { parts: [i, j], axes: [a, b] };
+        out.extend(sizes.iter().take(n).map(equal));
+    }
     out.retain(|tie| tie.rows(parts, scale).iter().all(|row| row.residual.abs() < FAR));
     out
 }
 
-/// How much chi^2 a tie would cost, and how many new conditions it makes; none if it follows from those that hold.
-fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<f64> {
+/// How much chi^2 a tie would cost, and what it may cost at most for all that the data tell of it; none if it follows from those that hold.
+fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
     let times = |row: &Row| -> Vec<f64> {
         let slope = &row.slope[held.min(row.slope.len())..];
         covariance.iter().map(|line| line.iter().zip(slope).map(|(c, s)| c * s).sum()).collect()
@@ -66,9 +72,10 @@ fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> 
         return None;
     }
     let factor = Cholesky::of(rows.len(), 1e-12, element)?;
+    let open = Cholesky::of(rows.len(), 0.0, |i, j| element(i, j) + if i == j { FAR * FAR } else { 0.0 })?;
     let mut violation: Vec<f64> = rows.iter().map(|row| row.residual).collect();
     factor.forward(&mut violation);
-    Some(violation.iter().map(|v| v * v).sum())
+    Some((violation.iter().map(|v| v * v).sum(), open.log_determinant() - factor.log_determinant()))
 }
 
 /// Ties put on as long as each is worth it; the data come back with the ties that hold. `model` fits the data without ties.
@@ -79,21 +86,21 @@ pub(super) fn simplified<'a>(data: &Data<'a>, model: Model, renderer: &mut Rende
         let Some(covariance) = data.system(&model.parts, renderer).covariance() else { break };
         let held = PARAMETERS * model.parts.len() - free(model.parts.len());
         let rise = |tie: Tie| {
-            let cost = predicted(&tie.rows(&model.parts, data.scale), &covariance, held, data.slack)?;
-            let gain = price * tie.saves() as f64;
-            (cost < 2.0 * gain).then_some((cost / gain, tie))
+            let (cost, told) = predicted(&tie.rows(&model.parts, data.scale), &covariance, held, data.slack)?;
+            let worth = told.min(price * tie.saves() as f64);
+            (cost < 2.0 * worth).then_some((cost / worth, worth, tie))
         };
-        let mut all: Vec<(f64, Tie)> = candidates(&model.parts, data.scale)
+        let mut all: Vec<(f64, f64, Tie)> = candidates(&model.parts, data.scale)
             .into_iter()
             .filter(|tie| !data.ties.contains(tie))
             .filter_map(rise)
             .collect();
         all.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let accepted = all.into_iter().take(TRIES).find_map(|(_, tie)| {
+        let accepted = all.into_iter().take(TRIES).find_map(|(_, worth, tie)| {
             let mut tied = data.clone();
             tied.ties.push(tie);
             let fitted = tied.descend(&model.parts, FIT.0, FIT.1, renderer);
-            (fitted.chi2 < model.chi2 + price * tie.saves() as f64).then_some((tied, fitted))
+            (fitted.chi2 < model.chi2 + worth).then_some((tied, fitted))
         });
         let Some((tied, fitted)) = accepted else { break };
         (data, model) = (tied, fitted);

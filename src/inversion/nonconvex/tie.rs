@@ -1,9 +1,9 @@
-//! Regularities of made things: parts that are parallel, flush, centred on each other or of one size, as conditions of a fit.
+//! Regularities of made things: parts that are parallel, flush or centred on each other, and edges of one length, as conditions of a fit.
 
 use super::part::{PARAMETERS, Part};
 use glam::{DMat3, DVec3};
 
-/// A regularity of two parts.
+/// A regularity of parts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Tie {
     /// Their edges are parallel.
@@ -27,9 +27,9 @@ pub enum Tie {
         /// The axis across that plane.
         axis: usize,
     },
-    /// Edges are equally long.
+    /// Edges are equally long, of two parts or of one.
     Equal {
-        /// The parts.
+        /// The parts that they belong to.
         parts: [usize; 2],
         /// Axis of each edge.
         axes: [usize; 2],
@@ -126,6 +126,25 @@ impl Tie {
         }
     }
 
+    /// Its name.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Tie::Parallel { .. } => "parallel",
+            Tie::Flush { .. } => "flush",
+            Tie::Centred { .. } => "centred",
+            Tie::Equal { .. } => "equal",
+        }
+    }
+
+    /// Axes of its parts that it is about.
+    pub fn axes(&self) -> Vec<usize> {
+        match *self {
+            Tie::Parallel { .. } => Vec::new(),
+            Tie::Centred { axis, .. } => vec![axis],
+            Tie::Flush { axes, .. } | Tie::Equal { axes, .. } => axes.to_vec(),
+        }
+    }
+
     /// Parameters that it saves.
     pub fn saves(&self) -> usize {
         if matches!(self, Tie::Parallel { .. }) { 3 } else { 1 }
@@ -154,6 +173,7 @@ mod tests {
             Tie::Flush { parts: [0, 1], axes: [2, 2], positive: [false, false] },
             Tie::Centred { parts: [0, 1], axis: 0 },
             Tie::Equal { parts: [0, 1], axes: [0, 2] },
+            Tie::Equal { parts: [1, 1], axes: [0, 2] },
         ];
         for tie in ties {
             for (number, row) in tie.rows(&parts, 0.7).iter().enumerate() {
