@@ -13,7 +13,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     let night = planner.night()?;
     let mut all = Vec::new();
     for (number, target) in scene.target.iter().enumerate() {
-        let windows = planner.windows(number, &night)?;
+        let windows = planner.windows(number, &night, None)?;
         for window in &windows {
             println!(
                 "{:22} {} to {}  {:10} {}",

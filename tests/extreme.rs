@@ -24,7 +24,7 @@ fn elevation(sets: &[(&str, &str)]) -> Result<f64, String> {
     assert!(numbers.iter().all(|x| x.is_finite()), "{sets:?}: {numbers:?}");
     assert!(view.wcs.mid.cd.is_finite() && view.wcs.mid.centre.is_finite(), "{sets:?}");
     let night = planner.night().map_err(|e| e.to_string())?;
-    let windows = planner.windows(0, &night).map_err(|e| e.to_string())?;
+    let windows = planner.windows(0, &night, None).map_err(|e| e.to_string())?;
     let total: f64 = windows.iter().map(|w| w.interval.seconds()).sum();
     assert!((total - night.span.seconds()).abs() < 1e-6, "{sets:?}: windows cover {total} s");
     Ok(target.apparent.elevation.to_degrees())

@@ -1,9 +1,12 @@
 //! Signal-to-noise studies: laws, limits, extremes by name, faults, resumption, and frames measured beside the model.
 
+use nightglass::astro::time::Instant;
 use nightglass::camera::truth;
+use nightglass::plan::windows::{Limits, Reason, Window};
 use nightglass::scene::{Options, Scene, load};
 use nightglass::simulate::{Simulator, whole};
 use nightglass::study::snr::ccd::Estimator;
+use nightglass::study::snr::least::{self, Least};
 use nightglass::study::snr::setting::Setting;
 use nightglass::study::snr::stage::Staged;
 use nightglass::study::snr::table::Row;
@@ -313,4 +316,79 @@ fn faults_are_told_with_exit_code_2() {
         assert_eq!((refused.status.code(), refused.stdout.len()), (Some(2), 0), "{sweeps:?}");
         assert!(text.contains(part), "{sweeps:?}: {text}");
     }
+}
+
+/// The SNR that exposures are held against is that of the study where no star is beside the target, followed or not.
+#[test]
+fn exposures_are_held_against_the_studys_snr() {
+    for (mag_v, track) in [("9.0", "target"), ("14.0", "target"), ("12.0", "sidereal")] {
+        let sets = [("exposures.track", track), ("stars.enabled", "false"), ("exposures.count", "1")];
+        let sweep = format!("mag_v={mag_v}");
+        let studied = study(&sets, &[&sweep], 0)[0].get("snr");
+        let own = scene(&[&sets[..], &[("target.0.brightness.mag_v", mag_v), ("plan.min_snr", "5.0")]].concat());
+        let simulator = Simulator::new(&own).expect("a simulator");
+        let view = simulator.planner.view(0).expect("geometry");
+        let least = Least::of(&simulator).expect("a least SNR");
+        let snr = least.snr(&view, 0).expect("light");
+        // vignetting and the place between pixels are left out
+        assert!((snr / studied - 1.0).abs() < 0.01, "V {mag_v}, {track}: {snr} against {studied}");
+
+        let held = |wanted: f64| {
+            let own = scene(
+                &[&sets[..], &[("target.0.brightness.mag_v", mag_v), ("plan.min_snr", &wanted.to_string())]]
+                    .concat(),
+            );
+            let simulator = Simulator::new(&own).expect("a simulator");
+            let planned = least::planned(&simulator, &|| ()).expect("planned");
+            (planned[0].observable(), planned[0].why().to_owned())
+        };
+        assert_eq!(held(0.99 * snr), (true, String::new()));
+        let (observable, why) = held(1.01 * snr);
+        assert!(!observable && why.starts_with(&format!("SNR {snr:.1} below ")), "{why}");
+    }
+}
+
+/// Windows open and close where the SNR is the one wanted; a target too faint has none, and one bright enough those that it had.
+#[test]
+fn windows_end_where_the_snr_is_too_small() {
+    let with = |mag_v: &str, min_snr: f64| {
+        scene(&[("target.0.brightness.mag_v", mag_v), ("plan.min_snr", &min_snr.to_string())])
+    };
+    let windows = |own: &Scene| {
+        let simulator = Simulator::new(own).expect("a simulator");
+        let night = simulator.planner.night().expect("a night");
+        let free = simulator.planner.windows(0, &night, None).expect("windows");
+        (free, Least::of(&simulator).expect("a least SNR").windows(0, &night).expect("windows"))
+    };
+    let snr = |own: &Scene, t: &Instant| {
+        let simulator = Simulator::new(own).expect("a simulator");
+        let view = simulator.planner.view_from(&t.plus(-0.5 * own.exposures.duration_s)).expect("geometry");
+        Least::of(&simulator).expect("a least SNR").snr(&view, 0).expect("light")
+    };
+    let bright = with("8.0", 5.0);
+    let (free, held) = windows(&bright);
+    let told = |all: &[Window]| all.iter().map(|w| (w.interval, w.limits.clone())).collect::<Vec<_>>();
+    assert_eq!(told(&held), told(&free));
+    assert!(windows(&with("25.0", 5.0)).1.iter().all(|w| !w.observable));
+
+    let longest =
+        free.iter().filter(|w| w.observable).max_by(|a, b| a.interval.seconds().total_cmp(&b.interval.seconds()));
+    let longest = longest.expect("a window").interval;
+    let (first, middle) =
+        (snr(&bright, &longest.start), snr(&bright, &longest.start.plus(0.5 * longest.seconds())));
+    let wanted = 0.5 * (first + middle);
+    let own = with("8.0", wanted);
+    let mut edges = 0;
+    for window in windows(&own).1.iter().filter(|w| w.observable) {
+        let Limits::Edges { opens, closes } = window.limits else { panic!("no edges") };
+        for (reason, t) in [(opens, window.interval.start), (closes, window.interval.end)] {
+            if reason == Some(Reason::Limit) {
+                edges += 1;
+                let snr = snr(&own, &t);
+                // steps of the image's width, 0.3 %
+                assert!((snr / wanted - 1.0).abs() < 3e-3, "{snr} at the edge, {wanted} wanted");
+            }
+        }
+    }
+    assert!(edges > 0, "no edge by SNR between {first} and {middle}");
 }

@@ -18,8 +18,9 @@ use crate::plan::view::Planned;
 use crate::plan::windows::{Night, Window};
 use crate::plan::{crossing, table};
 use crate::scene::Scene;
-use crate::simulate::SimulateError;
+use crate::simulate::{SimulateError, Simulator};
 use crate::study::night_chart;
+use crate::study::snr::least::Least;
 use rayon::prelude::*;
 use serde_json::{Value as Json, json};
 use std::path::Path;
@@ -29,12 +30,15 @@ const LONGEST_DAYS: f64 = 40.0;
 
 pub(super) fn plan(args: &PlanArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let scene = load(&args.scene, global)?;
+    // signal-to-noise ratios need all of a simulator, the rest its geometry alone
+    let simulator = scene.plan.min_snr.map(|_| Simulator::new(&scene)).transpose()?;
+    let least = simulator.as_ref().and_then(Least::of);
     let planner = Planner::new(&scene).map_err(SimulateError::from)?;
     planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     match &args.catalog {
         Some(file) if args.crossings => crossings(&scene, &planner, file, global, talk),
         Some(file) => catalogue_windows(&scene, &planner, file, global, talk),
-        None => of_scene(args, &scene, &planner, global, talk),
+        None => of_scene(args, &scene, &planner, least.as_ref(), global, talk),
     }
 }
 
@@ -43,10 +47,11 @@ fn of_scene(
     args: &PlanArgs,
     scene: &Scene,
     planner: &Planner,
+    least: Option<&Least>,
     global: &Global,
     talk: &Talk,
 ) -> Result<(), Failure> {
-    let planned = exposures(scene, planner, talk)?;
+    let planned = exposures(scene, planner, least, talk)?;
     let plan = table::table_of(&planned, planner);
     let observable = planned.iter().filter(|p| p.observable()).count();
     talk.say(&format!("{observable} of {} exposures observable", planned.len()));
@@ -60,7 +65,7 @@ fn of_scene(
     } else {
         None
     };
-    let windows = night.as_ref().map(|night| own_windows(scene, planner, night)).transpose()?;
+    let windows = night.as_ref().map(|night| own_windows(scene, planner, least, night, talk)).transpose()?;
     let named = windows.iter().flatten().zip(&scene.target).map(|(w, t)| (t.name.as_str(), w.as_slice()));
     let window_table = table::windows(&named.collect::<Vec<_>>(), scene);
     let attitudes = table::attitudes(planner, &planned, scene).map_err(SimulateError::from)?;
@@ -96,16 +101,43 @@ fn of_scene(
     }
 }
 
-fn exposures(scene: &Scene, planner: &Planner, talk: &Talk) -> Result<Vec<Planned>, Failure> {
+fn exposures(
+    scene: &Scene,
+    planner: &Planner,
+    least: Option<&Least>,
+    talk: &Talk,
+) -> Result<Vec<Planned>, Failure> {
     let bar = talk.bar(scene.exposures.count, "exposures");
     let planned = planner.all(&|| bar.inc(1));
     bar.finish_and_clear();
-    Ok(planned.map_err(SimulateError::from)?)
+    let mut planned = planned.map_err(SimulateError::from)?;
+    if let Some(least) = least {
+        let bar = talk.bar(planned.len(), "SNR");
+        let held = least.hold(&mut planned, &|| bar.inc(1));
+        bar.finish_and_clear();
+        held.map_err(SimulateError::from)?;
+    }
+    Ok(planned)
 }
 
-fn own_windows(scene: &Scene, planner: &Planner, night: &Night) -> Result<Vec<Vec<Window>>, Failure> {
-    let windows = (0..scene.target.len()).into_par_iter().map(|i| planner.windows(i, night));
+fn own_windows(
+    scene: &Scene,
+    planner: &Planner,
+    least: Option<&Least>,
+    night: &Night,
+    talk: &Talk,
+) -> Result<Vec<Vec<Window>>, Failure> {
+    let bar = talk.bar(scene.target.len(), "windows");
+    let windows = (0..scene.target.len()).into_par_iter().map(|i| {
+        let own = match least {
+            Some(least) => least.windows(i, night),
+            None => planner.windows(i, night, None),
+        };
+        bar.inc(1);
+        own
+    });
     let windows = windows.collect::<Result<Vec<_>, PlanError>>();
+    bar.finish_and_clear();
     Ok(windows.map_err(SimulateError::from)?)
 }
 
@@ -209,7 +241,7 @@ fn catalogue_windows(
 fn crossings(scene: &Scene, planner: &Planner, file: &Path, global: &Global, talk: &Talk) -> Result<(), Failure> {
     let start = planner.exposed().start;
     let objects = Objects::read(file, &start, talk)?;
-    let views = known(exposures(scene, planner, talk)?);
+    let views = known(exposures(scene, planner, None, talk)?);
     let bar = talk.bar(views.len(), "exposures");
     let size = scene.detector.light_px();
     let found = views.par_iter().map(|view| {

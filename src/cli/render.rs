@@ -11,7 +11,8 @@ use crate::plan::view::View;
 use crate::run::frames::{Done, Job, Rendered, cut, render as render_frames};
 use crate::run::{OutputDir, RunError, tables};
 use crate::scene::Scene;
-use crate::simulate::{SimulateError, Simulator};
+use crate::simulate::Simulator;
+use crate::study::snr::least;
 use serde_json::json;
 use std::cell::RefCell;
 use std::ops::Range;
@@ -40,7 +41,7 @@ pub(super) fn produce(scene: &Scene, part: &PartArgs, global: &Global, talk: &Ta
     let crop = part.crop.as_deref().map(|text| crop_region(text, scene)).transpose()?;
     let mut simulator = Simulator::new(scene)?;
     simulator.graphics = graphics(scene, Purpose::Frames, global, talk)?;
-    let planned = simulator.planner.all(&|| ()).map_err(SimulateError::from)?;
+    let planned = least::planned(&simulator, &|| ())?;
     simulator.planner.warnings().iter().for_each(|w| talk.say(&format!("warning: {w}")));
     let path = global.output.clone().unwrap_or_else(|| PathBuf::from("out").join(&scene.name));
     let dir = OutputDir::prepare(&path, scene, global.force)?;

@@ -198,11 +198,16 @@ impl<'a> Planner<'a> {
         Night::new(self.scene, self.site, nights(&exposed.start, &exposed.end, longitude))
     }
 
-    /// Windows of a target in a night: the scene's limits, its faintest magnitude among them.
+    /// Windows of a target in a night: the scene's limits, its faintest magnitude among them, and a `further` condition.
     ///
     /// # Errors
     /// [`PlanError`] where the Earth's orientation is unknown.
-    pub fn windows(&self, target: usize, night: &Night) -> Result<Vec<Window>, PlanError> {
+    pub fn windows(
+        &self,
+        target: usize,
+        night: &Night,
+        further: Option<&Condition>,
+    ) -> Result<Vec<Window>, PlanError> {
         let (Some(motion), Some(own)) = (self.motions.get(target), self.scene.target.get(target)) else {
             return Ok(Vec::new());
         };
@@ -228,7 +233,20 @@ impl<'a> Planner<'a> {
             };
             Margin { value, safe_s }
         };
-        night.windows(motion, faintest.is_some().then_some(&bright as &Condition))
+        let conditions = faintest.map(|_| &bright as &Condition).into_iter().chain(further).collect::<Vec<_>>();
+        let both = |t: &Instant, observer: &Observer, place: &Place| {
+            let mut all = Margin { value: f64::INFINITY, safe_s };
+            for one in conditions.iter().map(|condition| condition(t, observer, place)) {
+                // what is not a number stays none
+                let value = if all.value < one.value { all.value } else { one.value };
+                all = Margin { value, safe_s: all.safe_s.min(one.safe_s) };
+                if value.is_nan() || value < 0.0 {
+                    break;
+                }
+            }
+            all
+        };
+        night.windows(motion, (!conditions.is_empty()).then_some(&both as &Condition))
     }
 
     /// The observer, the Sun and the Moon at `instant`.
@@ -248,6 +266,20 @@ impl<'a> Planner<'a> {
     pub fn view(&self, frame: usize) -> Result<View, PlanError> {
         let exposures = &self.scene.exposures;
         let start = exposures.start.plus(frame as f64 * exposures.cadence_s);
+        let mut view = View { frame, ..self.view_from(&start)? };
+        let first = if self.scene.plan.limit_mag_v.is_some() { self.glow(0, &Graphics::default()) } else { None };
+        let light = first.zip(view.sighting(0)).map(|(mut glow, seen)| glow.over(&seen)).transpose()?;
+        let mag_v = light.map(|light| light.mag_v());
+        view.observability = constraints::assess(&view, self.scene, mag_v);
+        Ok(view)
+    }
+
+    /// The geometry of an exposure from `start` on, frame number 0, not held against the limits.
+    ///
+    /// # Errors
+    /// [`PlanError`] where the sky cannot be computed.
+    pub fn view_from(&self, start: &Instant) -> Result<View, PlanError> {
+        let (start, exposures) = (*start, &self.scene.exposures);
         let (mid, end) = (start.plus(0.5 * exposures.duration_s), start.plus(exposures.duration_s));
         let observer = Observer::at(&self.site, &mid)?;
         let wcs = self.mount.attitudes(&self.site, [&start, &mid, &end])?;
@@ -259,8 +291,8 @@ impl<'a> Planner<'a> {
             .iter()
             .map(|motion| self.target(motion, &observer, &moon, [&start, &mid, &end]))
             .collect::<Result<Vec<_>, _>>()?;
-        let mut view = View {
-            frame,
+        Ok(View {
+            frame: 0,
             start,
             mid,
             end,
@@ -274,12 +306,7 @@ impl<'a> Planner<'a> {
             moon,
             targets,
             observability: Observability::default(),
-        };
-        let first = if self.scene.plan.limit_mag_v.is_some() { self.glow(0, &Graphics::default()) } else { None };
-        let light = first.zip(view.sighting(0)).map(|(mut glow, seen)| glow.over(&seen)).transpose()?;
-        let mag_v = light.map(|light| light.mag_v());
-        view.observability = constraints::assess(&view, self.scene, mag_v);
-        Ok(view)
+        })
     }
 
     /// Frame number `frame` as planned: one whose target's orbit is not known then is told so.

@@ -165,6 +165,17 @@ pub struct Observability {
     pub below_horizon: bool,
 }
 
+impl Observability {
+    /// One more constraint is broken.
+    pub fn refuse(&mut self, why: &str) {
+        if !self.why.is_empty() {
+            self.why += "; ";
+        }
+        self.why += why;
+        self.observable = false;
+    }
+}
+
 /// An exposure as planned.
 #[derive(Debug, Clone)]
 pub enum Planned {

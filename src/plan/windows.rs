@@ -53,6 +53,7 @@ impl Reason {
             Self::Sun => format!("Sun above {} deg", limits.max_sun_el_deg),
             Self::Moon => format!("Moon nearer than {} deg", limits.min_moon_sep_deg),
             Self::Shadow => "in the Earth's shadow".into(),
+            Self::Limit if limits.min_snr.is_some() => "too faint, or its SNR not known".into(),
             Self::Limit => "too faint".into(),
             Self::Unknown => "orbit not known".into(),
         }

@@ -22,13 +22,12 @@ pub(super) struct Checker<'a> {
     pub faults: Vec<Fault>,
     /// Reads the values; knows the files they name.
     pub reader: Reader,
-    quiet: bool,
 }
 
 impl<'a> Checker<'a> {
     /// Ready to walk `root`.
     pub fn new(root: &'a Node, stem: &'a str, preset_failed: bool) -> Self {
-        Self { root, stem, preset_failed, faults: Vec::new(), reader: Reader::default(), quiet: false }
+        Self { root, stem, preset_failed, faults: Vec::new(), reader: Reader::default() }
     }
 
     /// Walks the whole tree.
@@ -62,16 +61,7 @@ impl<'a> Checker<'a> {
     }
 
     fn subtable(&mut self, key: &Key, node: &Node, full: &str) -> Option<toml::Value> {
-        let was_quiet = self.quiet;
-        if !key.in_use && !self.quiet {
-            self.fault(
-                full,
-                &node.place,
-                format!("not yet supported: {full} (it must be left out in this version)"),
-            );
-            self.quiet = true;
-        }
-        let value = match (key.kind, &node.value) {
+        match (key.kind, &node.value) {
             (Kind::Many, Value::List(items)) => {
                 let mut tables = Vec::new();
                 for (i, item) in items.iter().enumerate() {
@@ -112,9 +102,7 @@ impl<'a> Checker<'a> {
                 self.must(key, node, full);
                 None
             }
-        };
-        self.quiet = was_quiet;
-        value
+        }
     }
 
     /// A table with the keys of `schema` where a word could stand.
@@ -146,17 +134,7 @@ impl<'a> Checker<'a> {
             _ => self.reader.value(key, node, full),
         };
         match read {
-            Ok(value) => {
-                if !key.in_use && !self.quiet && self.given(key).as_ref() != Some(&value) {
-                    let only = match key.given {
-                        Given::Is(text) => format!("only {text} works in this version"),
-                        _ => "it must be left out in this version".into(),
-                    };
-                    self.not_yet(full, node, &only);
-                    return None;
-                }
-                Some(value)
-            }
+            Ok(value) => Some(value),
             Err(wrong) => {
                 match wrong {
                     Wrong::Form => self.must(key, node, full),
@@ -165,8 +143,6 @@ impl<'a> Checker<'a> {
                         let message = format!("{full} = {}: must {}{near}", show(&node.value), key.allowed());
                         self.fault(full, &node.place, message);
                     }
-                    Wrong::NotYet(only) if !self.quiet => self.not_yet(full, node, &only),
-                    Wrong::NotYet(_) => {}
                     Wrong::Each(messages) => {
                         for message in messages {
                             self.fault(full, &node.place, format!("{full}: {message}"));
@@ -215,7 +191,7 @@ impl<'a> Checker<'a> {
             }
             Given::Must(example) => {
                 let from_preset = ["station", "telescope", "detector"].contains(&key.parent());
-                if !(self.quiet || from_preset && self.preset_failed) {
+                if !(from_preset && self.preset_failed) {
                     let preset = if from_preset { ", or give station.preset" } else { "" };
                     let example =
                         if key.kind == Kind::Time { String::new() } else { format!(", such as {example}") };
@@ -254,7 +230,7 @@ impl<'a> Checker<'a> {
     fn missing_group(&mut self, entries: &Entries, place: &Place, schema: &str, path: &str) {
         for (_, members) in ONE_OF.iter().filter(|(table, _)| *table == schema) {
             let absent = members.iter().all(|name| entry(entries, name).is_none());
-            if absent && !self.quiet && !(self.preset_failed && schema == "telescope") {
+            if absent && !(self.preset_failed && schema == "telescope") {
                 let preset = if schema == "telescope" { ", or give station.preset" } else { "" };
                 self.fault(path, place, format!("{path}: one of {} is required{preset}", members.join(", ")));
             }
@@ -280,10 +256,6 @@ impl<'a> Checker<'a> {
 
     fn must(&mut self, key: &Key, node: &Node, full: &str) {
         self.fault(full, &node.place, format!("{full} = {}: must {}", show(&node.value), key.allowed()));
-    }
-
-    fn not_yet(&mut self, full: &str, node: &Node, only: &str) {
-        self.fault(full, &node.place, format!("not yet supported: {full} = {} ({only})", show(&node.value)));
     }
 
     fn fault(&mut self, path: &str, place: &Place, message: String) {

@@ -63,9 +63,6 @@ fn property(key: &Key) -> Value {
     if let Some((selector, value)) = key.when {
         doc += &format!("; only with {selector} = \"{value}\"");
     }
-    if let Some(later) = key.later_words() {
-        doc += &format!(" ({later})");
-    }
     let mut out = match key.kind {
         Kind::Section | Kind::Maybe => return Value::Object(object(key.path, &doc)),
         Kind::Many => {
@@ -100,15 +97,13 @@ fn property(key: &Key) -> Value {
 
 /// What a kind of value may be.
 fn form(kind: Kind) -> Value {
-    let all =
-        |now: &[&str], later: &[&str]| -> Vec<String> { now.iter().chain(later).map(|w| w.to_string()).collect() };
     let number = |low: f64, high: f64| json!({ "type": "number", "minimum": low, "maximum": high });
     let side = json!({ "type": "integer", "minimum": 1, "maximum": 65_536 });
     match kind {
         Kind::Text | Kind::Path | Kind::File(_) | Kind::Preset => json!({ "type": "string", "minLength": 1 }),
         Kind::Flag => json!({ "type": "boolean" }),
         Kind::Int(low, high) => json!({ "type": "integer", "minimum": low, "maximum": high }),
-        Kind::IntOf(now, later) => json!({ "enum": now.iter().chain(later).collect::<Vec<_>>() }),
+        Kind::IntOf(numbers) => json!({ "enum": numbers }),
         Kind::Real(low, high) => number(low, high),
         Kind::Above(low, high) => json!({ "type": "number", "exclusiveMinimum": low, "maximum": high }),
         Kind::Reals(count, low, high) => {
@@ -133,17 +128,17 @@ fn form(kind: Kind) -> Value {
             let lines = json!({ "type": "array", "items": { "type": "string" }, "minItems": 2, "maxItems": 3 });
             json!({ "anyOf": [lines, { "type": "string" }] })
         }
-        Kind::Word(now, later) => json!({ "enum": all(now, later) }),
-        Kind::Words(now, later) => {
-            json!({ "type": "array", "items": { "enum": all(now, later) }, "uniqueItems": true })
+        Kind::Word(words) => json!({ "enum": words }),
+        Kind::Words(words) => {
+            json!({ "type": "array", "items": { "enum": words }, "uniqueItems": true })
         }
-        Kind::WordOrReal(now, later, low, high) => {
-            json!({ "anyOf": [{ "enum": all(now, later) }, number(low, high)] })
+        Kind::WordOrReal(words, low, high) => {
+            json!({ "anyOf": [{ "enum": words }, number(low, high)] })
         }
-        Kind::WordOrFile(now, later, file, _) => {
-            json!({ "anyOf": [{ "enum": all(now, later) }, { "type": "string", "description": file }] })
+        Kind::WordOrFile(words, file) => {
+            json!({ "anyOf": [{ "enum": words }, { "type": "string", "description": file }] })
         }
-        Kind::WordOrTable(now, table) => json!({ "anyOf": [{ "enum": all(now, &[]) }, loose(table)] }),
+        Kind::WordOrTable(words, table) => json!({ "anyOf": [{ "enum": words }, loose(table)] }),
         Kind::Crop => {
             let whole = json!({ "type": "integer", "minimum": 0, "maximum": 65_536 });
             let sides = json!({ "type": "array", "items": whole, "minItems": 4, "maxItems": 4 });

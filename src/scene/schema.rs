@@ -26,8 +26,8 @@ pub(super) enum Kind {
     Flag,
     /// An integer from, to.
     Int(i64, i64),
-    /// One of some integers: in use, not yet.
-    IntOf(&'static [i64], &'static [i64]),
+    /// One of some integers.
+    IntOf(&'static [i64]),
     /// A number from, to.
     Real(f64, f64),
     /// A number above, to.
@@ -44,14 +44,14 @@ pub(super) enum Kind {
     Time,
     /// Lines of a two-line element set, or the file with it.
     Tle,
-    /// One of some words: in use, not yet.
-    Word(&'static [&'static str], &'static [&'static str]),
+    /// One of some words.
+    Word(&'static [&'static str]),
     /// A list of such words.
-    Words(&'static [&'static str], &'static [&'static str]),
+    Words(&'static [&'static str]),
     /// Such a word or a number from, to.
-    WordOrReal(&'static [&'static str], &'static [&'static str], f64, f64),
-    /// Such a word or a file: what the file is, and whether it is in use.
-    WordOrFile(&'static [&'static str], &'static [&'static str], &'static str, bool),
+    WordOrReal(&'static [&'static str], f64, f64),
+    /// Such a word or a file: what the file is.
+    WordOrFile(&'static [&'static str], &'static str),
     /// One of some words, or a table with the keys of that table.
     WordOrTable(&'static [&'static str], &'static str),
     /// A word, or x0, y0, width, height.
@@ -108,27 +108,19 @@ pub(super) struct Key {
     pub given: Given,
     /// Meaning, in a line.
     pub doc: &'static str,
-    /// False: accepted at its default only.
-    pub in_use: bool,
     /// Applies only with this sibling at this value, or at one of several between bars.
     pub when: Option<(&'static str, &'static str)>,
 }
 
 impl Key {
-    /// A key in use.
+    /// A key.
     pub const fn new(path: &'static str, kind: Kind, unit: &'static str, given: Given, doc: &'static str) -> Self {
-        Self { path, kind, unit, given, doc, in_use: true, when: None }
+        Self { path, kind, unit, given, doc, when: None }
     }
 
-    /// A table in use.
+    /// A table.
     pub const fn table(path: &'static str, kind: Kind, doc: &'static str) -> Self {
         Self::new(path, kind, "", Given::Nothing, doc)
-    }
-
-    /// The same, not used by anything yet.
-    pub const fn later(mut self) -> Self {
-        self.in_use = false;
-        self
     }
 
     /// The same, only with a sibling at a value, or at one of several between bars.
@@ -165,25 +157,6 @@ impl Key {
         matches!(self.kind, Kind::Section | Kind::Maybe | Kind::Many | Kind::Named)
     }
 
-    /// What nothing uses yet: the whole key, or some of its words.
-    pub fn later_words(&self) -> Option<String> {
-        let words = match self.kind {
-            Kind::IntOf(_, later) => later.iter().map(i64::to_string).collect(),
-            Kind::Word(_, later) | Kind::Words(_, later) | Kind::WordOrReal(_, later, ..) => quoted(&[], later),
-            Kind::WordOrFile(_, later, file, in_use) => {
-                let mut words = quoted(&[], later);
-                words.extend((!in_use).then(|| file.to_string()));
-                words
-            }
-            _ => Vec::new(),
-        };
-        match (self.in_use, words.is_empty()) {
-            (false, _) => Some("not yet supported".into()),
-            (true, false) => Some(format!("not yet supported: {}", words.join(", "))),
-            (true, true) => None,
-        }
-    }
-
     /// What it may hold, to follow "must".
     pub fn allowed(&self) -> String {
         let unit = if self.unit.is_empty() { String::new() } else { format!(" {}", self.unit) };
@@ -198,8 +171,8 @@ impl Key {
             Kind::Int(low, high) if low == high => format!("be {low}"),
             Kind::Int(low, i64::MAX) => format!("be an integer in {low}..2^63-1{unit}"),
             Kind::Int(low, high) => format!("be an integer in {low}..{high}{unit}"),
-            Kind::IntOf(now, later) => {
-                let all: Vec<String> = now.iter().chain(later).map(i64::to_string).collect();
+            Kind::IntOf(numbers) => {
+                let all: Vec<String> = numbers.iter().map(i64::to_string).collect();
                 format!("be one of {}{unit}", all.join(", "))
             }
             Kind::Real(low, high) => format!("lie in {}..{}{unit}", short(low), short(high)),
@@ -214,14 +187,14 @@ impl Key {
             Kind::Tle => {
                 "be the two lines of an element set, a name line before them if you like, or a file".into()
             }
-            Kind::Word(now, later) => format!("be {}", one_of(now, later)),
-            Kind::Words(now, later) => format!("be a list of {}", quoted(now, later).join(", ")),
-            Kind::WordOrReal(now, later, low, high) => {
-                let words = quoted(now, later).join(", ");
-                format!("be {words} or a number in {}..{}{unit}", short(low), short(high))
+            Kind::Word([word]) => format!("be \"{word}\""),
+            Kind::Word(words) => format!("be one of {}", quoted(words)),
+            Kind::Words(words) => format!("be a list of {}", quoted(words)),
+            Kind::WordOrReal(words, low, high) => {
+                format!("be {} or a number in {}..{}{unit}", quoted(words), short(low), short(high))
             }
-            Kind::WordOrFile(now, later, file, _) => format!("be {} or {file}", quoted(now, later).join(", ")),
-            Kind::WordOrTable(now, _) => format!("be {} or a table", quoted(now, &[]).join(", ")),
+            Kind::WordOrFile(words, file) => format!("be {} or {file}", quoted(words)),
+            Kind::WordOrTable(words, _) => format!("be {} or a table", quoted(words)),
             Kind::Crop => "be \"none\", \"target\" or [x0, y0, width, height] within the frame".into(),
         }
     }
@@ -232,13 +205,8 @@ fn short(limit: f64) -> String {
     if limit.abs() >= 1e6 { format!("{limit:e}") } else { limit.to_string() }
 }
 
-fn quoted(now: &[&str], later: &[&str]) -> Vec<String> {
-    now.iter().chain(later).map(|word| format!("\"{word}\"")).collect()
-}
-
-fn one_of(now: &[&str], later: &[&str]) -> String {
-    let words = quoted(now, later);
-    if words.len() == 1 { words.concat() } else { format!("one of {}", words.join(", ")) }
+fn quoted(words: &[&str]) -> String {
+    words.iter().map(|word| format!("\"{word}\"")).collect::<Vec<_>>().join(", ")
 }
 
 /// Groups of siblings of which exactly one is written: the table, and the members.

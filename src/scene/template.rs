@@ -80,9 +80,8 @@ fn section(out: &mut String, key: &Key, live: Live) {
     let inside = if key.kind == Kind::Named { format!("{}.*", key.path) } else { key.path.to_string() };
     let mine = |other: &Key| other.path.starts_with(key.path) && live(other.path).is_some();
     let in_force = key.kind == Kind::Section && !key.path.contains("[]") || KEYS.iter().any(mine);
-    let later = if key.in_use { "" } else { " [not yet supported]" };
     let mark = if in_force { "" } else { "# " };
-    out.push_str(&format!("\n{mark}{head}  # {}{later}\n", key.doc));
+    out.push_str(&format!("\n{mark}{head}  # {}\n", key.doc));
     for child in children(&inside).filter(|child| !child.is_table()) {
         let station = child.kind == Kind::Preset && live(child.path).is_none();
         if !station {
@@ -113,10 +112,7 @@ fn entry(out: &mut String, key: &Key, live: Live, commented: bool) {
     if let Some(condition) = key.condition() {
         note += &format!("; only with {condition}");
     }
-    if let Some(later) = key.later_words() {
-        note += &format!(" [{later}]");
-    }
-    if example && key.in_use {
+    if example {
         note += " [example]";
     }
     let text = format!("{mark}{} = {value}", key.name());

@@ -24,8 +24,6 @@ pub(super) enum Wrong {
     Form,
     /// No word of the key's; the most similar one.
     Word(Option<&'static str>),
-    /// Known, but nothing uses it yet; what works.
-    NotYet(String),
     /// Anything else, in words.
     Other(String),
     /// Several things, each in words.
@@ -77,11 +75,8 @@ impl Reader {
                 Value::Int(int) if (low..=high).contains(int) => Ok((*int).into()),
                 _ => Err(Wrong::Form),
             },
-            Kind::IntOf(now, later) => match value {
-                Value::Int(int) if now.contains(int) => Ok((*int).into()),
-                Value::Int(int) if later.contains(int) => {
-                    Err(only(now.iter().map(i64::to_string).collect::<Vec<_>>()))
-                }
+            Kind::IntOf(numbers) => match value {
+                Value::Int(int) if numbers.contains(int) => Ok((*int).into()),
                 _ => Err(Wrong::Form),
             },
             Kind::Real(low, high) => real(node, low, high),
@@ -100,32 +95,30 @@ impl Reader {
             Kind::Domes => domes(value),
             Kind::Time => time(value).map(Plain::Datetime),
             Kind::Tle => self.tle(node),
-            Kind::Word(now, later) => word(now, later, node),
-            Kind::Words(now, later) => words(now, later, value),
-            Kind::WordOrReal(now, later, low, high) => match value {
-                Value::Text(_) => word(now, later, node),
+            Kind::Word(known) => word(known, node),
+            Kind::Words(known) => words(known, value),
+            Kind::WordOrReal(known, low, high) => match value {
+                Value::Text(_) => word(known, node),
                 _ => real(node, low, high),
             },
-            Kind::WordOrFile(now, later, file, in_use) => match word(now, later, node) {
+            Kind::WordOrFile(known, _) => match word(known, node) {
                 Err(Wrong::Word(near)) => {
                     let name = node.text().unwrap_or_default();
                     let path = at(node, name);
                     if !name.contains(['.', '/', '\\']) && !path.is_file() {
                         Err(Wrong::Word(near))
-                    } else if in_use {
+                    } else {
                         if key.path == "target[].shape" {
                             self.beside_shape(&path, full)?;
                         }
                         self.file(name, path, full)
-                    } else {
-                        Err(Wrong::NotYet(format!("{file} does not work in this version")))
                     }
                 }
                 other => other,
             },
-            Kind::WordOrTable(now, _) => word(now, &[], node),
+            Kind::WordOrTable(known, _) => word(known, node),
             Kind::Crop => match value {
-                Value::Text(_) => word(&["none", "target"], &[], node),
+                Value::Text(_) => word(&["none", "target"], node),
                 Value::List(items)
                     if items.len() == 4 && items.iter().all(|i| matches!(i.value, Value::Int(0..=65_536))) =>
                 {
@@ -276,12 +269,6 @@ pub(super) fn hex(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
 
-fn only<T: std::fmt::Display>(now: impl IntoIterator<Item = T>) -> Wrong {
-    let now: Vec<String> = now.into_iter().map(|word| word.to_string()).collect();
-    let verb = if now.len() == 1 { "works" } else { "work" };
-    Wrong::NotYet(format!("only {} {verb} in this version", now.join(", ")))
-}
-
 fn real(node: &Node, low: f64, high: f64) -> Result<Plain, Wrong> {
     match node.number() {
         Some(x) if low <= x && x <= high => Ok(Plain::Float(x)),
@@ -289,20 +276,14 @@ fn real(node: &Node, low: f64, high: f64) -> Result<Plain, Wrong> {
     }
 }
 
-fn word(now: Words, later: Words, node: &Node) -> Result<Plain, Wrong> {
+fn word(known: Words, node: &Node) -> Result<Plain, Wrong> {
     let text = node.text().ok_or(Wrong::Form)?;
-    if now.contains(&text) {
-        Ok(text.into())
-    } else if later.contains(&text) {
-        Err(only(now.iter().map(|word| format!("\"{word}\""))))
-    } else {
-        Err(Wrong::Word(nearest(text, now.iter().chain(later).copied())))
-    }
+    if known.contains(&text) { Ok(text.into()) } else { Err(Wrong::Word(nearest(text, known.iter().copied()))) }
 }
 
-fn words(now: Words, later: Words, value: &Value) -> Result<Plain, Wrong> {
+fn words(known: Words, value: &Value) -> Result<Plain, Wrong> {
     let Value::List(items) = value else { return Err(Wrong::Form) };
-    let list = items.iter().map(|item| word(now, later, item)).collect::<Result<Vec<_>, _>>()?;
+    let list = items.iter().map(|item| word(known, item)).collect::<Result<Vec<_>, _>>()?;
     match list.iter().enumerate().find(|(i, word)| list[..*i].contains(word)) {
         Some((_, twice)) => Err(Wrong::Other(format!("{twice} is there twice"))),
         None => Ok(Plain::Array(list)),

@@ -35,12 +35,15 @@ pub(super) fn night(scene: &Scene) -> Result<(Json, String), String> {
     if scene.plan.limit_mag_v.is_some() && targets.clone().any(|t| matches!(t.brightness, Brightness::Shape(_))) {
         return Err("plan.limit_mag_v of a shape; `nightglass plan --windows` finds its windows".into());
     }
+    if scene.plan.min_snr.is_some() {
+        return Err("plan.min_snr; `nightglass plan --windows` finds its windows".into());
+    }
     computed(scene, &planner, targets.len()).map_err(|e| e.to_string())
 }
 
 fn computed(scene: &Scene, planner: &Planner, count: usize) -> Result<(Json, String), PlanError> {
     let night = planner.night()?;
-    let windows = (0..count).map(|i| planner.windows(i, &night)).collect::<Result<Vec<_>, _>>()?;
+    let windows = (0..count).map(|i| planner.windows(i, &night, None)).collect::<Result<Vec<_>, _>>()?;
     let span = night.span;
     let mut times =
         (0..=STEPS).map(|k| span.start.plus(span.seconds() * k as f64 / STEPS as f64)).collect::<Vec<_>>();

@@ -226,14 +226,20 @@ impl Pixels {
         }
     }
 
-    /// A point alone over `sky_e` and `dark_e` \[e-/px\].
-    pub fn point(detector: &Detector, psf: &Psf, [sky_e, dark_e]: [f64; 2], estimator: Estimator) -> Self {
+    /// A point alone that draws a path, over `sky_e` and `dark_e` \[e-/px\].
+    pub fn lone(
+        detector: &Detector,
+        psf: &Psf,
+        path: &Path,
+        [sky_e, dark_e]: [f64; 2],
+        estimator: Estimator,
+    ) -> Self {
         let [read2, rounding, prnu] = own_noise(detector);
         let (share, rest, place, segment) =
             (Vec::new(), vec![sky_e + dark_e], Vec::new(), Segment::point(DVec2::ZERO));
         let none =
             Self { share, rest, place, sky_e, dark_e, read2, rounding, prnu, segment, fwhm: pixel_fwhm(psf) };
-        none.alone(psf, &Path::still(DVec2::ZERO), 1.0, estimator)
+        none.alone(psf, path, 1.0, estimator)
     }
 
     /// The same over another sky \[e-/px\].

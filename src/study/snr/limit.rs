@@ -5,6 +5,7 @@ use crate::astro::observer::airmass;
 use crate::astro::time::Instant;
 use crate::base::table::Table;
 use crate::camera::detector::dark::Dark;
+use crate::camera::path::Path;
 use crate::plan::PlanError;
 use crate::plan::planner::Planner;
 use crate::plan::view::Circumstances;
@@ -13,6 +14,7 @@ use crate::scene::Scene;
 use crate::simulate::Simulator;
 use crate::sky::Toward;
 use crate::study::sky::Sky;
+use glam::DVec2;
 use rayon::prelude::*;
 use std::f64::consts::FRAC_PI_2;
 
@@ -74,7 +76,7 @@ impl Ring {
         let (psf, exposure_s) = (simulator.psf(x), scene.exposures.duration_s);
         let dark_e = Dark::new(&scene.detector, exposure_s).mean_e();
         Self {
-            pixels: Pixels::point(&scene.detector, &psf, [0.0, dark_e], estimator),
+            pixels: Pixels::lone(&scene.detector, &psf, &Path::still(DVec2::ZERO), [0.0, dark_e], estimator),
             zero_e: simulator.response.stars.solar().at(x) * exposure_s,
         }
     }

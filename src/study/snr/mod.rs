@@ -10,6 +10,7 @@
 
 pub mod best;
 pub mod ccd;
+pub mod least;
 pub mod limit;
 pub mod map_picture;
 pub mod monte_carlo;
