@@ -392,3 +392,22 @@ fn windows_end_where_the_snr_is_too_small() {
     }
     assert!(edges > 0, "no edge by SNR between {first} and {middle}");
 }
+
+/// The commands know it: `plan` tells why, and `render` skips what is too faint.
+#[test]
+fn the_commands_refuse_what_is_too_faint() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let faint = ["pogs-geo", "--set", "plan.min_snr=1000", "--set", "exposures.count=2"];
+    let plan = nightglass_in(folder.path(), &[&["plan"], &faint[..], &["--json"]].concat());
+    let plan: Value = serde_json::from_slice(&plan.stdout).expect("JSON");
+    let why = |table: &str, row: usize| plan[table][row]["why"].as_str().expect("why").to_owned();
+    assert!(why("rows", 0).starts_with("SNR ") && why("rows", 0).ends_with(" below 1000"), "{}", why("rows", 0));
+    let windows = plan["windows"].as_array().expect("windows");
+    assert!(windows.iter().all(|w| w["observable"] == false) && why("windows", 0).contains("too faint"));
+
+    let only = ["--set", "exposures.only_observable=true", "--crop", "0,0,64,64", "-o", "out"];
+    let render = nightglass_in(folder.path(), &[&["render"], &faint[..], &only].concat());
+    let words = String::from_utf8_lossy(&render.stderr).into_owned();
+    assert!(words.contains("frame 1: not rendered, SNR "), "{words}");
+    assert!(!folder.path().join("out/frames").join("frame_0000.fits").exists());
+}

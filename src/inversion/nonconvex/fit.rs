@@ -164,7 +164,7 @@ impl Data<'_> {
     }
 
     /// A step of the free parameters, each part's as long as it may be.
-    fn stepped(&self, parts: &[Part], step: &[f64]) -> Vec<Part> {
+    pub fn stepped(&self, parts: &[Part], step: &[f64]) -> Vec<Part> {
         let mut all = [0.0; HELD].iter().chain(step).copied();
         let mut out = Vec::with_capacity(parts.len());
         for part in parts {

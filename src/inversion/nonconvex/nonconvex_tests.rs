@@ -67,6 +67,10 @@ fn an_l_without_noise_is_found_exactly_with_two_parts() {
     assert!((found.chi2 - found.dof).abs() < 3.0 * (2.0 * found.dof).sqrt(), "{} {}", found.chi2, found.dof);
     let mesh = found.mesh();
     assert_eq!((mesh.vertices.len(), mesh.faces.len(), mesh.groups.len()), (16, 24, 2));
+    // a touching face leaves no hairline gap
+    let parts: Vec<Part> = found.parts.iter().map(|e| e.part).collect();
+    let violations = found.ties.iter().flat_map(|tie| tie.rows(&parts, 1.0)).map(|row| row.residual.abs());
+    assert!(!found.ties.is_empty() && violations.fold(0.0, f64::max) < 1e-11);
     let volume: f64 = found.parts.iter().map(|e| e.part.volume()).sum();
     assert!((mesh.signed_volume() - volume).abs() < 1e-9 * volume);
 }

@@ -5,7 +5,7 @@
 //! saves (Schwarz 1978, Ann. Stat. 6, 461), but no more than ln det(1 + F^2 S^-1), S = A C A' the covariance of its violations d with
 //! slopes A and F the range where they are sought: what the data hardly know they do not confirm (Lindley 1957, Biometrika 44, 187).
 //! Candidates are ranked by the rise that the covariance C predicts, d' S^-1 d; each is then fitted as soft rows with a standard
-//! deviation far below what the data resolve.
+//! deviation far below what the data resolve, and those that hold are made exact at the end.
 
 use super::fit::{Data, Model, free};
 use super::part::{PARAMETERS, Part};
@@ -23,6 +23,11 @@ const FOLLOWS: f64 = 10.0;
 const TRIES: usize = 4;
 /// Ties at most.
 const MOST: usize = 60;
+/// Violation of a tie that is exact, and the rounds in which that is reached.
+const EXACT: f64 = 1e-12;
+const ROUNDS: usize = 8;
+/// Share of a violation's variance that keeps ties apart that follow from each other.
+const RIDGE: f64 = 1e-9;
 /// Rounds of a fit, and the share of chi^2 that ends it.
 const FIT: (usize, f64) = (40, 1e-6);
 
@@ -57,16 +62,45 @@ fn candidates(parts: &[Part], scale: f64) -> Vec<Tie> {
     out
 }
 
+/// C times the slopes of violations.
+fn spread(rows: &[Row], covariance: &[Vec<f64>], held: usize) -> Vec<Vec<f64>> {
+    let times = |row: &Row| covariance.iter().map(|line| product(row, line, held)).collect();
+    rows.iter().map(times).collect()
+}
+
+fn product(row: &Row, line: &[f64], held: usize) -> f64 {
+    row.slope.iter().skip(held).zip(line).map(|(s, c)| s * c).sum()
+}
+
+/// Ties made exact by the least change in units of the errors.
+fn exact(data: &Data, model: Model, renderer: &mut Renderer) -> Model {
+    let mut parts = model.parts;
+    let Some(covariance) = data.system(&parts, renderer).covariance() else { return Model { parts, ..model } };
+    let held = PARAMETERS * parts.len() - free(parts.len());
+    for _ in 0..ROUNDS {
+        let rows: Vec<Row> = data.ties.iter().flat_map(|tie| tie.rows(&parts, data.scale)).collect();
+        if rows.iter().all(|row| row.residual.abs() < EXACT) {
+            break;
+        }
+        let spread = spread(&rows, &covariance, held);
+        let ridge = |i: usize, j: usize| if i == j { 1.0 + RIDGE } else { 1.0 };
+        let element = |i: usize, j: usize| ridge(i, j) * product(&rows[i], &spread[j], held);
+        let Some(factor) = Cholesky::of(rows.len(), 0.0, element) else { break };
+        let shares = factor.solve(rows.iter().map(|row| -row.residual).collect());
+        let mut step = vec![0.0; covariance.len()];
+        for (share, line) in shares.iter().zip(&spread) {
+            step.iter_mut().zip(line).for_each(|(s, c)| *s += share * c);
+        }
+        parts = data.stepped(&parts, &step);
+    }
+    let chi2 = data.chi2(&parts, f64::INFINITY, renderer);
+    Model { parts, chi2 }
+}
+
 /// How much chi^2 a tie would cost, and what it may cost at most for all that the data tell of it; none if it follows from those that hold.
 fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
-    let times = |row: &Row| -> Vec<f64> {
-        let slope = &row.slope[held.min(row.slope.len())..];
-        covariance.iter().map(|line| line.iter().zip(slope).map(|(c, s)| c * s).sum()).collect()
-    };
-    let products: Vec<Vec<f64>> = rows.iter().map(times).collect();
-    let element = |i: usize, j: usize| -> f64 {
-        rows[i].slope.iter().skip(held).zip(&products[j]).map(|(s, c)| s * c).sum()
-    };
+    let spread = spread(rows, covariance, held);
+    let element = |i: usize, j: usize| product(&rows[i], &spread[j], held);
     // a tie whose violation is nearly as sure as the slack follows from others
     if (0..rows.len()).any(|i| element(i, i) < (FOLLOWS * slack).powi(2)) {
         return None;
@@ -105,5 +139,6 @@ pub(super) fn simplified<'a>(data: &Data<'a>, model: Model, renderer: &mut Rende
         let Some((tied, fitted)) = accepted else { break };
         (data, model) = (tied, fitted);
     }
+    let model = exact(&data, model, renderer);
     (data, model)
 }
