@@ -3,9 +3,11 @@
 use super::args::{Global, InvertArgs};
 use super::talk::{Failure, Talk, give, load, print, print_json};
 use crate::inversion::nonconvex::Triangle;
+use crate::inversion::nonconvex::metrics::bulk;
 use crate::io::curve_file::{self, CurveFile};
 use crate::io::shape_file;
 use crate::object::surface;
+use crate::object::surface::mesh::Mesh;
 use crate::run::invert::{Found, InvertError, Model, invert as solve};
 use crate::run::shape_data::{Choice, Data, all};
 use crate::run::shape_outcome;
@@ -160,14 +162,19 @@ pub(super) fn truth(
 ) -> Result<Vec<Vec<Triangle>>, Failure> {
     if let Some(path) = path {
         let read = surface::files::read(path).map_err(|e| Failure::Input(e.to_string()))?;
-        return Ok(vec![read.mesh.triangles().collect()]);
+        let parts = shape_outcome::components(&read.mesh);
+        let volume = bulk(&parts, 4096).volume;
+        if volume.is_nan() || volume <= 0.0 {
+            let why = "encloses no volume: a truth is one closed surface or several";
+            return Err(Failure::Input(format!("{}: {why}", path.display())));
+        }
+        return Ok(parts);
     }
     let own = scene.and_then(|s| s.target.iter().find(|t| t.name == target));
     Ok(match own.map(|t| &t.brightness) {
         Some(Brightness::Shape(shaped)) => {
             let body = &shaped.built.body;
-            let corner = |c: u32| body.vertices.get(c as usize).copied().unwrap_or_default();
-            vec![body.faces.iter().map(|face| face.map(corner)).collect()]
+            shape_outcome::components(&Mesh::plain(body.vertices.clone(), body.faces.iter().copied()))
         }
         _ => Vec::new(),
     })

@@ -15,6 +15,8 @@ use crate::inversion::egi::{self, Curve, Problem, Scale};
 use crate::inversion::nonconvex::{self, Assembly, Call, NonconvexError};
 use crate::object::matter::Material;
 
+/// Least share of points that is held out; less is none.
+const LEAST_HELD: f64 = 0.01;
 /// False alarms of the test for bodies that are not convex.
 pub const FALSE_ALARMS: f64 = 0.02;
 /// Robust standard deviations beyond which a point is an outlier.
@@ -65,7 +67,8 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
         true => egi::solve(&problem, material, &egi::Options::default())?,
         false => first,
     };
-    let draft = (model == Model::Draft).then(|| shape_methods::draft(&problem, material)).transpose()?;
+    let draft =
+        (model == Model::Draft).then(|| shape_methods::draft(&curves, &convex.scales, material)).transpose()?;
     let body = match &draft {
         Some(draft) => shape_methods::draft_body(&draft.facets),
         None => convex.body().map_err(|why| why.to_string()).and_then(|exact| model.way().body(exact)),
@@ -80,9 +83,15 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
         _ => false,
     };
     let assembly = wanted.then(|| assemble(&curves, material, held_out)).transpose()?;
+    // a body that is no box and panel either stays what it is best as
+    let worse = assembly.as_ref().is_some_and(|a| a.chi2 / a.dof.max(1.0) > convex.reduced());
+    let assembly = assembly.filter(|_| model == Model::Nonconvex || !worse);
     let held = curves.iter().flat_map(|c| stretches(c.y.len(), held_out)).collect::<Vec<_>>();
-    let held =
-        if problem.len() < FEWEST || !(0.01..0.9).contains(&held_out) { vec![false; held.len()] } else { held };
+    let held = if problem.len() < FEWEST || !(LEAST_HELD..=0.9).contains(&held_out) {
+        vec![false; held.len()]
+    } else {
+        held
+    };
     let mut found = Found {
         asked: model,
         rotation,
@@ -129,7 +138,6 @@ fn without_outliers(
     let robust = egi::Options { huber: Some(HUBER), ..egi::Options::default() };
     let outlier = beyond(&egi::solve(&problem, material, &robust)?.residual);
     let share = outlier.iter().filter(|o| **o).count() as f64 / count.max(1) as f64;
-    // gaps have no residual: curves of files have none
     if outlier.len() != count || share > FEW {
         return Ok((curves.to_vec(), vec![false; count], first));
     }

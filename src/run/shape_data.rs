@@ -15,7 +15,7 @@ use crate::astro::time::Instant;
 use crate::base::constants::AU_M;
 use crate::inversion::egi::{Curve, Scale};
 use crate::inversion::tumble::Motion;
-use crate::io::curve_file::{CurveFile, Row};
+use crate::io::curve_file::{Curve as Told, CurveFile, Row};
 use crate::object::matter::Material;
 use crate::photometry::flag;
 use crate::plan::planner::Planner;
@@ -81,7 +81,7 @@ pub enum Search {
 pub struct LeftOut {
     /// For their flags.
     pub flagged: usize,
-    /// Without brightness, error or direction.
+    /// Without brightness, or without an error, zero point, range or direction that others have.
     pub gaps: usize,
     /// Exactly dark: in the Earth's shadow, or no side lit and seen.
     pub dark: usize,
@@ -146,7 +146,7 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
     let mut left_out = LeftOut::default();
     for &(file, number) in light {
         let known = file.curves.get(number).ok_or_else(|| usage(format!("no curve {number}")))?;
-        let rows = usable(file, number, &mut left_out);
+        let rows = usable(file, known, number, &mut left_out);
         if rows.is_empty() {
             let why = told_left_out(&left_out).unwrap_or_else(|| "it is empty".into());
             return Err(usage(format!("{}: no usable point: {why}", known.name)));
@@ -194,6 +194,7 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
         _ => material(own.as_ref(), target, from, &mut told),
     };
     let fits_material = choice.brdf == Law::Fit;
+    let absolute = curves.iter().any(|(_, known, rows)| known.calibrated && !known.reduced && is_ranged(rows));
     let mut data = Data {
         start,
         time_s: Vec::new(),
@@ -202,7 +203,7 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
         material,
         fits_material,
         search,
-        absolute: true,
+        absolute,
         computed: light.iter().all(|(file, _)| is_computed(file)),
         left_out,
         told,
@@ -212,13 +213,18 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
             Some((target, scene)) => in_body_axes(rows, scene, target, known.reduced)?,
             None => rows.iter().map(|r| (r.sun, r.obs)).collect(),
         };
-        let calibrated = known.calibrated && rows.iter().all(|r| known.reduced || r.range_km > 0.0);
         // reduced intensities agree with each other, but their unit is the file's own
-        data.absolute &= calibrated && !known.reduced;
-        let level = |r: &Row| if calibrated && !known.reduced { irradiance(r) } else { 1.0 };
+        let calibrated = known.calibrated && if known.reduced { !absolute } else { is_ranged(rows) };
+        let level = |r: &Row| if known.reduced { 1.0 } else { irradiance(r) };
         let y = rows.iter().map(|r| r.flux * level(r)).collect::<Vec<_>>();
         let errors = rows.iter().map(|r| error(r) * level(r)).collect::<Vec<_>>();
-        let sigma = with_floor(&y, errors, is_computed(file), &known.name, &mut data.told);
+        let computed = is_computed(file);
+        if !computed && y.len() < 3 && !errors.iter().any(|e| *e > 0.0) {
+            data.told.push(format!("{}: left out: errors not told, and too few points to see them", known.name));
+            data.left_out.gaps += y.len();
+            continue;
+        }
+        let sigma = with_floor(&y, errors, computed, &known.name, &mut data.told);
         let scale = if calibrated { Scale::Fixed(1.0) } else { Scale::Free };
         let light_time_s = |r: &Row| if known.reduced { 0.0 } else { light_time_s(r) };
         data.time_s.push(rows.iter().map(|r| r.time.since(&start) - light_time_s(r)).collect());
@@ -228,16 +234,17 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
     let free = data.curves.iter().filter(|c| c.scale == Scale::Free).count();
     if free > 0 {
         let of = if data.curves.len() > 1 {
-            format!(" of {free} curves of {}", data.curves.len())
+            format!(" of {free} of {} curves", data.curves.len())
         } else {
             String::new()
         };
         data.told.push(format!("level{of}: not known, a free factor each"));
     }
-    if !data.absolute && data.curves.iter().all(|c| c.scale == Scale::Free || data.curves.len() == 1)
-        || free == data.curves.len()
-    {
+    if !data.absolute {
         data.told.push("areas are relative".into());
+    }
+    if let Some(other) = curves.iter().map(|(_, k, _)| k).find(|k| !k.session && k.name != known.name) {
+        data.told.push(format!("warning: {} and {} are taken for one object", known.name, other.name));
     }
     Ok(data)
 }
@@ -264,31 +271,48 @@ fn sought(choice: &Choice, attitude: Option<&Attitude>, start: &Instant) -> Opti
 }
 
 /// The points of a curve that may tell of a shape; the others are counted.
-fn usable<'a>(file: &'a CurveFile, curve: usize, left_out: &mut LeftOut) -> Vec<&'a Row> {
+fn usable<'a>(file: &'a CurveFile, known: &Told, curve: usize, left_out: &mut LeftOut) -> Vec<&'a Row> {
     let all = file.rows.iter().filter(|r| r.curve == curve).collect::<Vec<_>>();
-    let errors = all.iter().any(|r| r.flux_err > 0.0);
+    // what some points have the others lack
+    let has_error = |r: &Row| error(r) > 0.0 && error(r).is_finite();
+    let has_range = |r: &Row| r.range_km > 0.0 && r.range_km.is_finite();
+    let has_zero_point = |r: &Row| r.zeropoint_mag.is_finite();
+    let has_directions = |r: &Row| r.sun.is_finite() && r.obs.is_finite();
+    let some = |has: &dyn Fn(&Row) -> bool| all.iter().any(|r| has(r));
+    let (errors, directions) = (!is_computed(file) && some(&has_error), some(&has_directions));
+    let (ranges, zero_points) = (!known.reduced && some(&has_range), !known.reduced && some(&has_zero_point));
+    let lacks = |r: &Row| {
+        !r.flux.is_finite()
+            || errors && r.flux != 0.0 && !has_error(r)
+            || ranges && !has_range(r)
+            || zero_points && !has_zero_point(r)
+            || directions && !has_directions(r)
+    };
     let mut kept = Vec::new();
-    for row in all {
+    for row in &all {
         if row.flags & SPOILT != 0 {
             left_out.flagged += 1;
-        } else if !row.flux.is_finite()
-            || errors && !(row.flux_err > 0.0 && row.flux_err.is_finite()) && row.flux != 0.0
-        {
+        } else if lacks(row) {
             left_out.gaps += 1;
         } else if row.flux == 0.0 {
             left_out.dark += 1;
         } else {
-            kept.push(row);
+            kept.push(*row);
         }
     }
     kept
+}
+
+/// Whether the range of every point is known.
+fn is_ranged(rows: &[&Row]) -> bool {
+    rows.iter().all(|r| r.range_km > 0.0)
 }
 
 /// Points left out, in words; none if there are none.
 pub fn told_left_out(left_out: &LeftOut) -> Option<String> {
     let all = [
         (left_out.flagged, "for their flags"),
-        (left_out.gaps, "without brightness or error"),
+        (left_out.gaps, "without brightness, error, zero point, range or direction"),
         (left_out.dark, "exactly dark (in the Earth's shadow, or no side lit and seen)"),
     ];
     let words = all.iter().filter(|(count, _)| *count > 0).map(|(count, why)| format!("{count} {why}"));
@@ -331,13 +355,14 @@ fn error(row: &Row) -> f64 {
     if of_magnitude > 0.0 && of_magnitude.is_finite() { of_magnitude } else { row.flux_err }
 }
 
-/// Normalised irradiance of unit flux \[m^2/sr\].
+/// Normalised irradiance of unit flux \[m^2/sr\], in a unit of its own where zero point or range are not known.
 fn irradiance(row: &Row) -> f64 {
-    let range_m = row.range_km * 1e3;
+    let range_m = if row.range_km > 0.0 { row.range_km * 1e3 } else { 1.0 };
+    let zero_point = if row.zeropoint_mag.is_finite() { row.zeropoint_mag } else { V_SUN };
     // seen from the Earth's centre: the station's place there changes the Sun's distance by less than 5e-5
     let place = if row.range_km.is_finite() { -row.obs * row.range_km * 1e3 } else { DVec3::ZERO };
     let sun_au = sun_from(&row.time, place).length() / AU_M;
-    10f64.powf(-0.4 * (row.zeropoint_mag - V_SUN)) * range_m * range_m * sun_au * sun_au
+    10f64.powf(-0.4 * (zero_point - V_SUN)) * range_m * range_m * sun_au * sun_au
 }
 
 /// Directions as the body sees them, when the light left it.

@@ -4,7 +4,7 @@ use super::shape_law::Fitted;
 use super::shape_methods::{Draft, Solved, Way};
 use super::shape_pole::Rotation;
 use super::shape_tumble::Tumbling;
-use crate::inversion::nonconvex::{Assembly, Baseline, Triangle, Verdict};
+use crate::inversion::nonconvex::{Assembly, Baseline, Call, Triangle, Verdict};
 use crate::inversion::{egi, sphere};
 use glam::DVec3;
 
@@ -123,19 +123,32 @@ impl Found {
     pub fn chi2_reduced(&self) -> f64 {
         let points = self.outlier.iter().filter(|o| !**o).count() as f64;
         match (&self.assembly, &self.folded, &self.draft) {
-            (Some(a), ..) => a.chi2 / a.dof,
+            (Some(a), ..) => a.chi2 / a.dof.max(1.0),
             (None, Some(folded), Some(draft)) if !self.is_convex() => {
                 folded.best.chi2 / (points - 3.0 * draft.facets.len() as f64 - 1.0).max(1.0)
             }
             (None, _, Some(draft)) => draft.chi2 / (points - 3.0 * draft.facets.len() as f64).max(1.0),
-            _ => self.convex.chi2 / self.convex.dof,
+            _ => self.convex.reduced(),
         }
+    }
+
+    /// Whether chi-square lets the shape explain the light.
+    pub fn explains(&self) -> bool {
+        let points = self.outlier.len() as f64;
+        points <= 20.0 || self.chi2_reduced() <= 1.5 + 5.0 * (2.0 / points).sqrt()
+    }
+
+    /// Whether a facet is claimed: where it is known well, and the body is convex and explains the light.
+    pub fn claims(&self, facet: &egi::Estimate) -> bool {
+        let concave = self.verdict.as_ref().is_some_and(|v| v.call == Call::NonConvex);
+        facet.claimed && !concave && self.explains()
     }
 
     /// Standard deviation of the direction of the facet nearest to a normal \[rad\], and of its area, relative; none if no facet within
     /// 10 deg is claimed.
     pub fn certainty(&self, normal: DVec3) -> Option<(f64, f64)> {
-        let near = |e: &&egi::Estimate| e.claimed && sphere::angle(e.facet.normal, normal) < 10f64.to_radians();
+        let near =
+            |e: &&egi::Estimate| self.claims(e) && sphere::angle(e.facet.normal, normal) < 10f64.to_radians();
         let facets = self.convex.facets.iter().filter(near);
         let best = facets.max_by(|a, b| a.facet.normal.dot(normal).total_cmp(&b.facet.normal.dot(normal)))?;
         Some((best.direction_sd, best.area_sd / best.facet.area))

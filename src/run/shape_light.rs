@@ -26,7 +26,6 @@ pub(super) fn stretches(count: usize, share: f64) -> Vec<bool> {
 
 /// What the shape sends at every point, and how well it predicts those held out.
 pub(super) fn light(found: &mut Found, curves: &[Curve], material: &Material) {
-    let held = found.held_out.clone();
     if let Some(assembly) = &found.assembly {
         (found.model, found.held_out) = assembled(assembly, curves, material);
     } else {
@@ -34,10 +33,11 @@ pub(super) fn light(found: &mut Found, curves: &[Curve], material: &Material) {
             (Some(folded), _) if folded.best.angle > 0.0 => {
                 curves.iter().flat_map(|c| folded.light(material, &c.directions)).collect()
             }
-            (_, Some(draft)) => predicted(&draft.facets, &[], curves, material),
+            (_, Some(draft)) => predicted(&draft.facets, &found.convex.scales, curves, material),
             _ => predicted(&found.convex.image(), &found.convex.scales, curves, material),
         };
     }
+    let held = found.held_out.clone();
     let Some(blind) = blind(found, curves, material, &held) else { return };
     let all = curves.iter().flat_map(|c| c.y.iter().zip(&c.sigma));
     let pulls =
@@ -62,11 +62,11 @@ fn blind(found: &Found, curves: &[Curve], material: &Material, held: &[bool]) ->
     };
     let fitted = curves.iter().map(fitted).collect::<Vec<_>>();
     let problem = Problem::new(&fitted).ok()?;
-    if found.draft.is_some() {
-        let draft = shape_methods::draft(&problem, material).ok()?;
-        return Some(predicted(&draft.facets, &[], curves, material));
-    }
     let solution = egi::solve(&problem, material, &egi::Options::default()).ok()?;
+    if found.draft.is_some() {
+        let draft = shape_methods::draft(&fitted, &solution.scales, material).ok()?;
+        return Some(predicted(&draft.facets, &solution.scales, curves, material));
+    }
     Some(predicted(&solution.image(), &solution.scales, curves, material))
 }
 

@@ -1,8 +1,9 @@
 //! The older methods by name: bodies by Little's, Ikeuchi's and Nicolet's ways to Minkowski's problem, facets by resampling and merging at
 //! a fixed angle. They are what the methods of this project are measured against, and they say when they fail.
 
+use super::shape_fault::InvertError;
 use crate::inversion::baseline_resample::{Resample, resample_and_merge};
-use crate::inversion::egi::{self, Problem};
+use crate::inversion::egi::{Curve, EgiError, Problem, Scale};
 use crate::inversion::minkowski::baselines::{FirstOrder, run};
 use crate::inversion::minkowski::{self, closure};
 use crate::inversion::polytope::Polytope;
@@ -108,12 +109,17 @@ pub struct Draft {
     pub chi2: f64,
 }
 
-/// Facets by resampling and merging at a fixed angle; free scales count as 1.
+/// Facets by resampling and merging at a fixed angle, with these scales of the curves.
 ///
 /// # Errors
 /// As of [`resample_and_merge`].
-pub fn draft(problem: &Problem, material: &Material) -> Result<Draft, egi::EgiError> {
-    let facets = resample_and_merge(problem, material, &Resample::default())?;
+pub fn draft(curves: &[Curve], scales: &[f64], material: &Material) -> Result<Draft, InvertError> {
+    let fixed = |(k, c): (usize, &Curve)| Curve {
+        scale: Scale::Fixed(scales.get(k).copied().unwrap_or(1.0)),
+        ..c.clone()
+    };
+    let problem = Problem::new(&curves.iter().enumerate().map(fixed).collect::<Vec<_>>())?;
+    let facets = resample_and_merge(&problem, material, &Resample::default()).map_err(EgiError::from)?;
     let mut residual = problem.weighted_data();
     for facet in &facets {
         let column = problem.weighted_column(facet.normal, material);

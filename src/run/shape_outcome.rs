@@ -10,6 +10,8 @@ use crate::inversion::nonconvex::metrics::{aligned, bulk, distance, intersection
 use crate::inversion::nonconvex::registration::turned_over;
 use crate::inversion::nonconvex::{Call, Triangle};
 use crate::io::shape_file::{Body, Face, Uncertainty};
+use crate::object::surface::mesh::Mesh;
+use crate::object::surface::topology;
 use glam::DVec3;
 use serde_json::{Value as Json, json};
 
@@ -19,6 +21,17 @@ const COLUMNS: usize = 1 << 20;
 const ALIGNED: usize = 1 << 17;
 /// Points on surfaces for distances.
 const POINTS: usize = 4000;
+
+/// Triangles of a mesh, component by component.
+pub fn components(mesh: &Mesh) -> Vec<Vec<Triangle>> {
+    let mut parts: Vec<Vec<Triangle>> = Vec::new();
+    for (face, number) in mesh.faces.iter().zip(topology::components(mesh)) {
+        let number = number as usize;
+        parts.resize(parts.len().max(number + 1), Vec::new());
+        parts[number].extend(mesh.corners(face));
+    }
+    parts
+}
 
 /// Against the true triangles, part by part, after laying one on the other; it is turned only where it was sought how it turns, as the body's
 /// axes are then its own. None without a shape.
@@ -50,8 +63,8 @@ pub fn body(found: &Found, data: &Data) -> Option<Body> {
         let uncertainty = |part: usize| {
             let estimate = &assembly.parts[part];
             let sizes = estimate.half_sd / estimate.part.half;
-            let relative_area_sd = sizes.length();
-            Uncertainty::Known { sd_deg: estimate.turn_sd.max_element().to_degrees(), relative_area_sd }
+            let (sd_deg, relative_area_sd) = (estimate.turn_sd.max_element().to_degrees(), sizes.length());
+            if found.explains() { Uncertainty::Known { sd_deg, relative_area_sd } } else { Uncertainty::Unclaimed }
         };
         let face = |f: &crate::object::surface::mesh::Face| {
             let part = usize::from(f.group).min(assembly.parts.len().saturating_sub(1));
@@ -93,7 +106,7 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
     let facet = |e: &crate::inversion::egi::Estimate| {
         json!({
             "normal": e.facet.normal.to_array(), "area_m2": e.facet.area, "area_sd_m2": number(e.area_sd),
-            "direction_sd_deg": number(e.direction_sd.to_degrees()), "split_probability": e.split, "claimed": e.claimed,
+            "direction_sd_deg": number(e.direction_sd.to_degrees()), "split_probability": e.split, "claimed": found.claims(e),
         })
     };
     let part = |e: &crate::inversion::nonconvex::Estimate| {
@@ -102,6 +115,7 @@ pub fn json(found: &Found, data: &Data, errors: Option<&Errors>) -> Json {
             "half_sd_m": e.half_sd.to_array(), "turn_sd_deg": (e.turn_sd * 180.0 / std::f64::consts::PI).to_array(),
             "panel": e.panel.as_ref().map(|p| json!({
                 "normal": p.normal.to_array(), "normal_sd_deg": p.normal_sd.to_degrees(), "area_m2": p.area, "area_sd_m2": p.area_sd,
+                "exposed_m2": p.exposed,
             })),
         })
     };

@@ -21,6 +21,10 @@ const TOLD: f64 = 0.01;
 /// Candidates of a period search that are followed, with their doubles and halves.
 const CANDIDATES: usize = 3;
 
+/// Times the typical spacing of points from which on a pause is one between nights, and fewest points of a night that has a mean.
+const GAP: f64 = 20.0;
+const NIGHT: usize = 8;
+
 /// A rotation sought and found.
 #[derive(Debug, Clone)]
 pub struct Rotation {
@@ -108,19 +112,42 @@ fn range(range_s: Option<(f64, f64)>, told_s: Option<f64>) -> Option<(f64, f64, 
     }
 }
 
-/// Periods of the light's best periodicities, of their doubles and halves, with their neighbours.
+/// Periods of the light's best periodicities, of their doubles and halves, with their neighbours: of the light as it is, and of nights each
+/// by its mean, which geometry makes brighter or fainter.
 fn seen(data: &Data, span: f64) -> Vec<f64> {
-    // curves of unknown level are compared by their means
-    let level = |c: &Curve| match c.scale {
-        Scale::Fixed(scale) => scale,
-        Scale::Free => c.y.iter().sum::<f64>() / c.y.len().max(1) as f64,
-    };
+    let mut out = periodicities(&levelled(data, usize::MAX), span);
+    out.extend(periodicities(&levelled(data, NIGHT), span));
+    out.sort_by(|a, b| b.total_cmp(a));
+    out.dedup();
+    out
+}
+
+/// Time, light and error of all points: curves of unknown level by their means, and so stretches of at least `least` points without a gap.
+fn levelled(data: &Data, least: usize) -> Vec<[f64; 3]> {
     let mut points = Vec::new();
     for (curve, times) in data.curves.iter().zip(&data.time_s) {
-        let level = level(curve);
-        points.extend(times.iter().zip(&curve.y).zip(&curve.sigma).map(|((t, y), s)| [*t, y / level, s / level]));
+        let mean = |y: &[f64]| y.iter().sum::<f64>() / y.len().max(1) as f64;
+        let level = if let Scale::Fixed(scale) = curve.scale { scale } else { mean(&curve.y) };
+        let mut steps = times.windows(2).map(|t| t[1] - t[0]).collect::<Vec<_>>();
+        steps.sort_by(f64::total_cmp);
+        let gap = GAP * steps.get(steps.len() / 2).copied().unwrap_or(f64::INFINITY);
+        let mut first = 0;
+        for end in 1..=times.len() {
+            if end < times.len() && times[end] - times[end - 1] <= gap {
+                continue;
+            }
+            let night = first..end;
+            let level = if night.len() >= least { mean(&curve.y[night.clone()]) } else { level };
+            points.extend(night.map(|k| [times[k], curve.y[k] / level, curve.sigma[k] / level]));
+            first = end;
+        }
     }
+    points.retain(|p| p.iter().all(|v| v.is_finite()));
     points.sort_by(|a, b| a[0].total_cmp(&b[0]));
+    points
+}
+
+fn periodicities(points: &[[f64; 3]], span: f64) -> Vec<f64> {
     let column = |k: usize| points.iter().map(|p| p[k]).collect::<Vec<_>>();
     let (time_s, value, sigma) = (column(0), column(1), column(2));
     let series = period::Series { time_s: &time_s, value: &value, sigma: &sigma };
@@ -130,11 +157,10 @@ fn seen(data: &Data, span: f64) -> Vec<f64> {
         for factor in [0.5, 1.0, 2.0] {
             let middle = (candidate.period_s * factor).recip();
             let near = (-2..=2).map(|k| middle + f64::from(k) * STEP / span.max(f64::MIN_POSITIVE));
-            out.extend(near.filter(|f| *f > 0.0).map(f64::recip));
+            // a body that does not turn once in all the data shows no period
+            out.extend(near.filter(|f| f * span >= 1.0).map(f64::recip));
         }
     }
-    out.sort_by(|a, b| b.total_cmp(a));
-    out.dedup();
     out
 }
 

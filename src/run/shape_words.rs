@@ -2,10 +2,11 @@
 
 use super::invert::{Found, Model};
 use super::shape_data::{Data, told_left_out};
+use super::shape_light::FEWEST;
 use super::shape_pole::Rotation;
 use super::shape_tumble::Tumbling;
 use crate::inversion::egi::Verdict;
-use crate::inversion::nonconvex::Call;
+use crate::inversion::nonconvex::{self, Call};
 use glam::DVec3;
 
 /// How a shape differs from the true one.
@@ -31,8 +32,16 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
         said.push(tumble.claim());
     }
     said.extend(found.rotation.as_ref().and_then(|r| r.best()).and_then(|best| doubt(best.solution.reduced())));
-    let claimed = convex.facets.iter().filter(|e| e.claimed).count();
+    if let Some(rivals) = found.rotation.as_ref().map(|r| r.found.minima.len()).filter(|count| *count > 1) {
+        said.push(format!(
+            "{rivals} rotations explain the light: shape and errors are those of the first, supposed to be true"
+        ));
+    }
+    let claimed = convex.facets.iter().filter(|e| found.claims(e)).count();
+    let concave = found.verdict.as_ref().is_some_and(|v| v.call == Call::NonConvex);
     let facets = match convex.verdict {
+        Verdict::Facets if concave => "no facet is claimed: the image by convex facets is not the body".into(),
+        Verdict::Facets if !found.explains() => "no facet is claimed: the light is not explained".into(),
         Verdict::Facets => format!("{claimed} of {} facets are claimed", convex.facets.len()),
         Verdict::Smooth { .. } => "no facet is claimed: a smooth body explains the light as well".into(),
         Verdict::Endless { .. } | Verdict::Unresolved { .. } => {
@@ -56,13 +65,12 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
         Ok(_) => {}
     }
     let ratio = found.chi2_reduced();
-    let points = found.outlier.len() as f64;
-    if points > 20.0 && ratio > 1.5 + 5.0 * (2.0 / points).sqrt() {
+    if !found.explains() {
         said.push(format!(
             "warning: chi-square is {ratio:.2} a degree of freedom: the errors are {:.1} times too small, or no shape of this kind and law sends this light",
             ratio.sqrt()
         ));
-    } else if points > 20.0 && ratio < 0.4 && !data.computed && convex.verdict != Verdict::Dark {
+    } else if found.outlier.len() > 20 && ratio < 0.4 && !data.computed && convex.verdict != Verdict::Dark {
         said.push(format!(
             "chi-square is {ratio:.2} a degree of freedom: the errors are {:.1} times too large",
             ratio.sqrt().recip()
@@ -70,10 +78,14 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
     }
     match &found.verdict {
         Some(v) if v.call == Call::NonConvex => said.push(format!(
-            "not convex: no convex body sends this light (residual floor {:.2} %, closure open by {:.1} standard deviations)",
+            "not convex, if the errors are not too small: no convex body sends this light (residual floor {:.2} %, closure open by {:.1} standard deviations)",
             100.0 * v.floor,
             v.defect_sigmas
         )),
+        Some(_) if !found.explains() => {}
+        Some(v) if v.floor_found > 0.5 => {
+            said.push("convex bodies explain the light, as they would any: its errors are too large".into());
+        }
         Some(v) => said.push(format!(
             "convex bodies explain the light; a concavity that takes {:.1} % of it would have been found",
             100.0 * v.floor_found
@@ -87,23 +99,31 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
         ));
     }
     if let Some(assembly) = &found.assembly {
-        said.push(format!("{} boxes or panels explain it", assembly.parts.len()));
-        for panel in assembly.parts.iter().filter_map(|e| e.panel.as_ref()) {
+        let (count, claimed) = (assembly.parts.len(), found.explains());
+        said.push(match (count, claimed) {
+            (1, true) => "one box or panel explains it".into(),
+            (_, true) => format!("{count} boxes or panels explain it"),
+            (_, false) => format!("boxes and panels, here {count}, do not explain it: none is claimed"),
+        });
+        for panel in assembly.parts.iter().filter(|_| claimed).filter_map(|e| e.panel.as_ref()) {
             said.push(format!(
-                "a panel of {:.2} +- {:.2} m2, its normal known to {:.2} deg",
-                panel.area,
-                panel.area_sd,
+                "a panel of which {:.2} +- {:.2} m2 stand free, its normal known to {:.2} deg",
+                panel.exposed,
+                panel.area_sd * panel.exposed / panel.area,
                 panel.normal_sd.to_degrees()
             ));
         }
         if !assembly.ties.is_empty() {
             said.push(format!(
-                "{} regularities of their edges and faces are taken for exact, as the light does not speak against them, and all errors suppose them",
+                "regularities of edges and faces taken for exact, as the light does not speak against them: {}; errors allow for some being none",
                 assembly.ties.len()
             ));
         }
-        if !assembly.alternatives.is_empty() {
-            said.push(format!("{} other assemblies explain it as well", assembly.alternatives.len()));
+        // the first is the one given
+        let others = assembly.alternatives.len().saturating_sub(1);
+        if others > 0 && claimed {
+            let least = if others >= nonconvex::RIVALS { "at least " } else { "" };
+            said.push(format!("other assemblies that explain it about as well: {least}{others}"));
         }
     }
     if convex.unobserved > 0.01 {
@@ -137,7 +157,7 @@ fn minima(rotation: &Rotation) -> Vec<String> {
         let (ra, dec) = sky(m.pole);
         format!(
             "  pole RA {ra:.2}, Dec {dec:+.2} deg (+- {:.2}), period {:.6} +- {:.1e} s, {} facets, chi-square {:.2} a degree of freedom, criterion +{:.1}{}",
-            m.sd[0].hypot(m.sd[1]).to_degrees(),
+            m.sd[0].hypot(m.sd[1]).to_degrees().min(180.0),
             m.period,
             m.sd[2],
             m.solution.facets.len(),
@@ -232,7 +252,12 @@ pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<Strin
     lines.push(chi2 + &held);
     if found.asked == Model::Auto && found.is_convex() && found.verdict.is_some_and(|v| v.call == Call::NonConvex)
     {
-        lines.push("too few points for boxes and panels: the shape given is the convex one".into());
+        let why = if data.points() < FEWEST {
+            "too few points for boxes and panels"
+        } else {
+            "boxes and panels explain it no better"
+        };
+        lines.push(format!("{why}: the shape given is the convex one"));
     }
     if let Some(e) = errors {
         lines.push(format!(

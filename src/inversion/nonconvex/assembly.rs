@@ -1,5 +1,6 @@
 //! The assembly that light curves ask for, with its errors and its rivals.
 
+use super::doubt;
 use super::fit::{Data, Model, free};
 use super::held_out::held_out;
 use super::part::{PARAMETERS, Part, Triangle};
@@ -220,9 +221,9 @@ fn choice(trials: &[Trial], held: usize) -> Option<&Trial> {
     trials.iter().filter(predicts).min_by(|a, b| a.bic.total_cmp(&b.bic))
 }
 
-/// Standard deviations after Laplace: (J'J)^-1 with weights 1/sigma, ties in it.
+/// Standard deviations after Laplace: (J'J)^-1 with weights 1/sigma, with ties that may be false in it.
 fn estimates(data: &Data, parts: &[Part], renderer: &mut Renderer) -> Vec<Estimate> {
-    let covariance = data.system(parts, renderer).covariance();
+    let covariance = doubt::covariance(data, parts, renderer);
     let held = PARAMETERS * parts.len() - free(parts.len());
     let element = |i: usize, j: usize| match (i.checked_sub(held), j.checked_sub(held)) {
         (Some(i), Some(j)) => covariance.as_ref().and_then(|c| c.get(i)?.get(j).copied()).unwrap_or(f64::INFINITY),

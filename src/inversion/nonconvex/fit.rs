@@ -66,6 +66,11 @@ impl System {
         })
     }
 
+    /// The step to the least chi^2 of the linearised problem.
+    pub fn step(&self) -> Option<Vec<f64>> {
+        self.factor(RIDGE).map(|factor| factor.solve(self.gradient.clone()))
+    }
+
     /// Inverse of J'J: the covariance of the free parameters.
     pub fn covariance(&self) -> Option<Vec<Vec<f64>>> {
         self.factor(RIDGE).map(|factor| factor.inverse())

@@ -20,6 +20,7 @@
 mod assembly;
 mod baseline;
 mod clip;
+mod doubt;
 mod fit;
 mod held_out;
 pub mod metrics;
@@ -42,7 +43,7 @@ pub use assembly::{Assembly, Estimate, Panel, Trial, assemble};
 pub use baseline::{Baseline, Folded, baseline};
 pub use part::{PARAMETERS, Part, Triangle};
 pub use render::{Force, Renderer};
-pub use rivals::{Alternative, Spread};
+pub use rivals::{Alternative, RIVALS, Spread};
 pub use tie::Tie;
 pub use verdict::{Call, Verdict, test};
 

@@ -14,8 +14,8 @@ pub(super) const NOISE: f64 = 3.0;
 pub(super) const LAST: (usize, f64) = (100, 1e-7);
 /// The same of rivals.
 const REFIT: (usize, f64) = (40, 1e-5);
-/// Rivals that are listed.
-const RIVALS: usize = 12;
+/// Rivals that are listed at most.
+pub const RIVALS: usize = 12;
 /// Columns and points of the comparison of rivals.
 const COMPARE: (usize, usize) = (4096, 800);
 /// Points a side of the grid that finds how much of a panel is exposed.

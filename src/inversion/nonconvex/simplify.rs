@@ -68,7 +68,7 @@ fn spread(rows: &[Row], covariance: &[Vec<f64>], held: usize) -> Vec<Vec<f64>> {
     rows.iter().map(times).collect()
 }
 
-fn product(row: &Row, line: &[f64], held: usize) -> f64 {
+pub(super) fn product(row: &Row, line: &[f64], held: usize) -> f64 {
     row.slope.iter().skip(held).zip(line).map(|(s, c)| s * c).sum()
 }
 
@@ -98,7 +98,7 @@ fn exact(data: &Data, model: Model, renderer: &mut Renderer) -> Model {
 }
 
 /// How much chi^2 a tie would cost, and what it may cost at most for all that the data tell of it; none if it follows from those that hold.
-fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
+pub(super) fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
     let spread = spread(rows, covariance, held);
     let element = |i: usize, j: usize| product(&rows[i], &spread[j], held);
     // a tie whose violation is nearly as sure as the slack follows from others

@@ -1,12 +1,14 @@
 //! Can a convex body have sent this light?
 //!
 //! The best convex fit, closure not demanded, leaves two traces of a body that is not convex: a floor of its residuals, chi^2 above its
-//! degrees of freedom, and a closure defect, sum a n not 0 (Kaasalainen & Torppa 2001, Icarus 153, 24, sect. 3).
+//! degrees of freedom, and facets that do not close, sum a n not 0 (Kaasalainen & Torppa 2001, Icarus 153, 24, sect. 3).
 //!
-//! The floor is that of all convex bodies: non-negative least squares on a grid of normals and on the facets of the sparse fit. A sparse fit
-//! alone would not do: it merges what the noise allows, and its chi^2 rises. With k columns in the support chi^2 has T - k degrees of
+//! The floor is that of all convex bodies: non-negative least squares on a grid of normals and on the facets of sparse fits, which alone would
+//! not do: they merge what the noise allows, and their chi^2 rises. With k columns in the support chi^2 has T - k degrees of
 //! freedom (Stein's estimate of the risk; Meyer & Woodroofe 2000, Ann. Stat. 28, 1083); its limit is that of Wilson & Hilferty 1931
-//! (PNAS 17, 684). The defect is that of the sparse fit, with a tenth of the false-alarm rate, for merged facets shift it a little.
+//! (PNAS 17, 684). What closure costs is the chi^2 of the same least squares with sum a n = 0 less that without, of k - k' + 3 degrees of freedom
+//! (k' columns in the closed support), 3 at least: images that differ in what the data do not tell are both sides of it, so that few
+//! geometries raise no alarms. Facets that nobody sees close a body for nothing. Each test has half the false-alarm rate.
 //!
 //! The power is that of the first test: the least floor that it would find in nine cases of ten, by the variance 2 (dof + 2 x)
 //! of a chi^2 with non-centrality x. Where neither test objects nothing is proven: noise may hide a concavity, or the phase angles
@@ -21,12 +23,10 @@ use glam::DVec3;
 
 /// Standard normal quantile of nine cases of ten.
 const POWER: f64 = 1.2816;
-/// Share of the sphere that no datum sees, from which on closure says nothing.
-const UNSEEN: f64 = 0.02;
 /// Normals of the grid.
 const GRID: usize = 2000;
-/// Share of the false-alarm rate that the defect has.
-const BY_DEFECT: f64 = 0.1;
+/// Standard deviation of closure in units of that of one facet's area: none that counts.
+const CLOSED: f64 = 0.05;
 /// Range of the false-alarm rate.
 const RATES: (f64, f64) = (1e-6, 0.5);
 
@@ -54,12 +54,10 @@ pub struct Verdict {
     pub floor_found: f64,
     /// Closure defect, sum a n over sum a.
     pub defect: DVec3,
-    /// Its length in standard deviations; 0 where part of the sphere was not seen, or where the fit knows no error of it.
+    /// What closing the facets costs, as a deviate of the standard normal distribution; 0 for less than 0.
     pub defect_sigmas: f64,
-    /// Number of standard deviations above which it is not noise.
+    /// Deviate above which it is not noise.
     pub defect_limit: f64,
-    /// Least defect that would be found in nine cases of ten; infinite where closure says nothing.
-    pub defect_found: f64,
 }
 
 /// Standard normal quantile of an upper tail, by bisection.
@@ -87,10 +85,10 @@ pub fn test(problem: &Problem, material: &Material, rate: f64) -> Result<Verdict
     }
     let options = egi::Options { closure: egi::Closure::Off, ..egi::Options::default() };
     let fit = egi::solve(problem, material, &options)?;
-    let (chi2, dof) = floor(problem, material, &fit)?;
-    let one_sided = quantile((1.0 - BY_DEFECT) * rate);
+    let Fits { chi2, dof, closing } = fits(problem, material, &fit)?;
+    let limit = quantile(0.5 * rate);
     let ninth = 2.0 / (9.0 * dof);
-    let chi2_limit = dof * (1.0 - ninth + one_sided * ninth.sqrt()).max(0.0).powi(3);
+    let chi2_limit = dof * (1.0 - ninth + limit * ninth.sqrt()).max(0.0).powi(3);
     // x = limit - dof + POWER sqrt(2 (dof + 2 x)), a contraction for dof > 3
     let mut hidden = chi2_limit - dof;
     for _ in 0..50 {
@@ -98,11 +96,7 @@ pub fn test(problem: &Problem, material: &Material, rate: f64) -> Result<Verdict
     }
     let share =
         |excess: f64| (excess.max(0.0) / problem.len().max(1) as f64).sqrt() / fit.snr.max(f64::MIN_POSITIVE);
-    // with one dominant direction the square over its mean is chi^2 of one degree of freedom: the widest case
-    let defect_limit = quantile(0.5 * BY_DEFECT * rate);
-    let tells = fit.unobserved < UNSEEN && fit.defect_sd > 0.0 && fit.defect_sd.is_finite();
-    let defect_sigmas = if tells { fit.defect.length() / fit.defect_sd } else { 0.0 };
-    let found = chi2 > chi2_limit || defect_sigmas > defect_limit;
+    let found = chi2 > chi2_limit || closing > limit;
     Ok(Verdict {
         call: if found { Call::NonConvex } else { Call::CannotTell },
         chi2: (chi2, dof),
@@ -110,20 +104,47 @@ pub fn test(problem: &Problem, material: &Material, rate: f64) -> Result<Verdict
         floor: share(chi2 - dof),
         floor_found: share(hidden),
         defect: fit.defect,
-        defect_sigmas,
-        defect_limit,
-        defect_found: if tells { (defect_limit + POWER) * fit.defect_sd } else { f64::INFINITY },
+        defect_sigmas: closing,
+        defect_limit: limit,
     })
 }
 
-/// chi^2 of the best of all convex bodies, and its degrees of freedom.
-fn floor(problem: &Problem, material: &Material, fit: &Solution) -> Result<(f64, f64), NonconvexError> {
-    let facets = fit.image();
-    let normals = facets.iter().map(|f| f.normal).chain(fibonacci(GRID));
-    let columns = Columns::new(problem.len(), normals.map(|n| problem.weighted_column(n, material)));
-    let warm: Vec<usize> = (0..facets.len()).collect();
-    let best = nnls::solve(&columns, &problem.weighted_data(), &warm).map_err(egi::EgiError::from)?;
-    Ok((2.0 * best.objective, (problem.len() as f64 - best.support.len() as f64).max(1.0)))
+/// The best of all convex images.
+struct Fits {
+    /// chi^2 of the best, and its degrees of freedom.
+    chi2: f64,
+    dof: f64,
+    /// By how much the best that closes is worse: a standard normal deviate.
+    closing: f64,
+}
+
+fn fits(problem: &Problem, material: &Material, open: &Solution) -> Result<Fits, NonconvexError> {
+    let options = egi::Options { closure: egi::Closure::On, ..egi::Options::default() };
+    let closed = egi::solve(problem, material, &options)?;
+    let facets: Vec<DVec3> = open.image().iter().chain(&closed.image()).map(|f| f.normal).collect();
+    let warm: Vec<usize> = (0..open.image().len()).collect();
+    let normals: Vec<DVec3> = facets.into_iter().chain(fibonacci(GRID)).collect();
+    let area: f64 = open.image().iter().map(|f| f.area).sum();
+    let area = if area > 0.0 { area } else { 1.0 };
+    let slack = CLOSED * area / (problem.snr() * (problem.len() as f64).sqrt()).max(1.0);
+    let best = |rows: usize| {
+        let column = |n: &DVec3| {
+            let mut column = problem.weighted_column(*n, material);
+            column.extend((*n / slack).to_array().iter().take(rows));
+            column
+        };
+        let mut data = problem.weighted_data();
+        data.resize(data.len() + rows, 0.0);
+        let columns = Columns::new(data.len(), normals.iter().map(column));
+        nnls::solve(&columns, &data, &warm).map_err(egi::EgiError::from)
+    };
+    let (free, shut) = (best(0)?, best(3)?);
+    let (chi2, count) = (2.0 * free.objective, free.support.len() as f64);
+    let more = (count - shut.support.len() as f64 + 3.0).max(3.0);
+    let ninth = 2.0 / (9.0 * more);
+    let rise = (2.0 * shut.objective - chi2).max(0.0);
+    let closing = (((rise / more).cbrt() - 1.0 + ninth) / ninth.sqrt()).max(0.0);
+    Ok(Fits { chi2, dof: (problem.len() as f64 - count).max(1.0), closing })
 }
 
 #[cfg(test)]
