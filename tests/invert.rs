@@ -238,6 +238,9 @@ fn relative_curves_of_two_nights_get_a_factor_each() {
         "{said}"
     );
     assert!((scale(1) / scale(0) / 5.0 - 1.0).abs() < 0.01, "{} {}", scale(0), scale(1));
+    // the fixed angle takes those factors
+    let (draft, said) = inverted(dir, &["lc.txt", "--model", "draft", "--held-out", "0"]);
+    assert!(number(&draft["chi2_reduced"]) < 3.0, "{said}");
 }
 
 /// A box 1:2:3 half diffuse, half Phong's lobe of exponent 10, at SNR 30, 800 points: exponent within 1 %, share within 0.003, both within four of their

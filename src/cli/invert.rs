@@ -20,6 +20,11 @@ use serde_json::{Value as Json, json};
 use std::path::Path;
 
 pub(super) fn invert(args: &InvertArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
+    for (k, path) in args.lightcurves.iter().enumerate() {
+        if args.lightcurves[..k].contains(path) {
+            return Err(Failure::Input(format!("{}: given twice: its points would count twice", path.display())));
+        }
+    }
     let files = args.lightcurves.iter().map(|path| {
         let name = path.display().to_string();
         let text = std::fs::read_to_string(path).map_err(|e| Failure::Input(format!("{name}: {e}")))?;
@@ -64,6 +69,9 @@ fn chosen(name: &str, file: &CurveFile, target: Option<&str>) -> Result<Vec<usiz
         None if file.curves.len() == 1 || file.curves.iter().all(|c| c.session) => numbers.collect(),
         None => Vec::new(),
     };
+    if file.curves.is_empty() {
+        return Err(Failure::Input(format!("{name} holds no point of a light curve")));
+    }
     if own.is_empty() {
         let names = file.curves.iter().map(|c| c.name.as_str()).collect::<Vec<_>>().join(", ");
         return Err(Failure::Input(format!("{name} holds the light curves {names}; --target chooses one")));

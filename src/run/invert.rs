@@ -67,12 +67,14 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
         true => egi::solve(&problem, material, &egi::Options::default())?,
         false => first,
     };
-    let draft =
-        (model == Model::Draft).then(|| shape_methods::draft(&curves, &convex.scales, material)).transpose()?;
+    let scales = convex.scales.clone();
+    let draft = (model == Model::Draft).then(|| shape_methods::draft(&curves, &scales, material)).transpose()?;
     let body = match &draft {
         Some(draft) => shape_methods::draft_body(&draft.facets),
         None => convex.body().map_err(|why| why.to_string()).and_then(|exact| model.way().body(exact)),
     };
+    let convex =
+        convex.doubted(&shape_methods::scaled(&curves, &scales)?, material, egi::Options::default().claim);
     let concave = verdict.is_some_and(|v| v.call == Call::NonConvex);
     let folded =
         draft.as_ref().filter(|_| concave).map(|_| nonconvex::baseline(&problem, material)).transpose()?;

@@ -455,3 +455,7 @@ fn material(scene: Option<&Scene>, target: Option<usize>, from: &str, told: &mut
         None => Material::lambert(1.0),
     }
 }
+
+#[cfg(test)]
+#[path = "shape_data_tests.rs"]
+mod tests;

@@ -3,7 +3,7 @@
 
 use super::shape_fault::InvertError;
 use crate::inversion::baseline_resample::{Resample, resample_and_merge};
-use crate::inversion::egi::{Curve, EgiError, Problem, Scale};
+use crate::inversion::egi::{Curve, EgiError, Problem, ProblemError, Scale};
 use crate::inversion::minkowski::baselines::{FirstOrder, run};
 use crate::inversion::minkowski::{self, closure};
 use crate::inversion::polytope::Polytope;
@@ -109,16 +109,24 @@ pub struct Draft {
     pub chi2: f64,
 }
 
+/// The problem of curves of known scales.
+///
+/// # Errors
+/// As of [`Problem::new`].
+pub(super) fn scaled(curves: &[Curve], scales: &[f64]) -> Result<Problem, ProblemError> {
+    let fixed = |(k, c): (usize, &Curve)| Curve {
+        scale: Scale::Fixed(scales.get(k).copied().unwrap_or(1.0)),
+        ..c.clone()
+    };
+    Problem::new(&curves.iter().enumerate().map(fixed).collect::<Vec<_>>())
+}
+
 /// Facets by resampling and merging at a fixed angle, with these scales of the curves.
 ///
 /// # Errors
 /// As of [`resample_and_merge`].
 pub fn draft(curves: &[Curve], scales: &[f64], material: &Material) -> Result<Draft, InvertError> {
-    let fixed = |(k, c): (usize, &Curve)| Curve {
-        scale: Scale::Fixed(scales.get(k).copied().unwrap_or(1.0)),
-        ..c.clone()
-    };
-    let problem = Problem::new(&curves.iter().enumerate().map(fixed).collect::<Vec<_>>())?;
+    let problem = scaled(curves, scales)?;
     let facets = resample_and_merge(&problem, material, &Resample::default()).map_err(EgiError::from)?;
     let mut residual = problem.weighted_data();
     for facet in &facets {

@@ -346,3 +346,49 @@ fn the_material_of_a_box_is_found_with_its_facets() {
     let error = joint::solve(&problem, &[(1.0, 1.0)], &phong, &options).unwrap_err();
     assert_eq!(error.to_string(), "unknown 0 = 1 is outside 1 to 1, which must be finite and rising");
 }
+
+/// Facets claimed whose direction is off by more than three standard deviations, and their number.
+fn off(truth: &[Facet], solution: &Solution) -> (usize, usize) {
+    let nearest = |n: DVec3| {
+        let places = solution.facets.iter().enumerate();
+        places.max_by(|a, b| a.1.facet.normal.dot(n).total_cmp(&b.1.facet.normal.dot(n))).map(|(k, _)| k)
+    };
+    let claimed = solution.facets.iter().enumerate().filter(|(_, e)| e.claimed);
+    let is_off = |(k, e): (usize, &Estimate)| {
+        let near = truth.iter().filter(|f| nearest(f.normal) == Some(k));
+        let sum = near.fold(DVec3::ZERO, |sum, f| sum + f.normal * f.area);
+        sum == DVec3::ZERO || sum.normalize().dot(e.facet.normal).min(1.0).acos() > 3.0 * e.direction_sd
+    };
+    (claimed.clone().filter(|(k, e)| is_off((*k, e))).count(), claimed.count())
+}
+
+/// In directions at random errors stay as they are; of a body that spins, seen in four nights, they grow, and with them fewer are off by three.
+#[test]
+fn few_geometries_make_facets_less_sure() {
+    let (material, truth) = (Material::lambert(1.0), icosahedron(1.0));
+    let both = |directions: Vec<(DVec3, DVec3)>, stream: &mut Stream| {
+        let problem = Problem::new(&[curve_of(&truth, &material, directions, 100.0, stream)]).unwrap();
+        let plain = solve(&problem, &material, &Options::default()).unwrap();
+        let doubted = plain.clone().doubted(&problem, &material, Options::default().claim);
+        (plain, doubted)
+    };
+    let mut stream = Stream::new(77);
+    let (plain, doubted) = both(directions(240, &mut stream), &mut stream);
+    let wider = plain.facets.iter().zip(&doubted.facets).map(|(a, b)| b.direction_sd / a.direction_sd);
+    assert!(wider.fold(0.0, f64::max) < 1.6 && off(&truth, &doubted).0 <= 1);
+    let (mut before, mut after, mut claimed) = (0, 0, 0);
+    for seed in 0..4 {
+        let mut stream = Stream::new(3000 + seed);
+        let nights = directions(4, &mut stream);
+        let turned = |k: usize| {
+            let angle = (3000.0 * (k / 60) as f64 + 7.3 * (k % 60) as f64) / 137.0;
+            let turn = glam::DQuat::from_rotation_z(-std::f64::consts::TAU * angle);
+            (turn * nights[k / 60].0, turn * nights[k / 60].1)
+        };
+        let (plain, doubted) = both((0..240).map(turned).collect(), &mut stream);
+        before += off(&truth, &plain).0;
+        let (off, all) = off(&truth, &doubted);
+        (after, claimed) = (after + off, claimed + all);
+    }
+    assert!(before > 4 && 2 * after <= before && claimed > 20, "{before} {after} of {claimed}");
+}

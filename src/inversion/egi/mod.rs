@@ -16,6 +16,7 @@
 //! datum has seen, and whether a smooth body would do as well.
 
 mod body;
+mod doubt;
 mod fit;
 pub mod joint;
 pub mod matching;

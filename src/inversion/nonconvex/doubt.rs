@@ -12,9 +12,9 @@ use super::render::Renderer;
 use super::simplify::{predicted, product};
 use super::tie::Tie;
 
-/// Odds, before the data, that a tie holds which is not far from true: edges of equal length are one pair of many.
+/// Odds, before the data, that a tie holds which is not far from true: edges of one length are one pair of many.
 fn before(tie: &Tie) -> f64 {
-    if matches!(tie, Tie::Equal { .. }) { 1.0 / 3.0 } else { 1.0 }
+    if matches!(tie, Tie::Equal { .. }) { 0.1 } else { 1.0 }
 }
 
 /// Covariance of the free parameters of an assembly that fits `data` with its ties.
