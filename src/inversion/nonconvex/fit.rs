@@ -5,7 +5,7 @@
 
 use super::part::{PARAMETERS, Part};
 use super::render::{Force, Renderer};
-use super::tie::Tie;
+use super::tie::{Row, Tie};
 use crate::inversion::cholesky::Cholesky;
 use crate::object::matter::Material;
 use glam::DVec3;
@@ -64,6 +64,19 @@ impl System {
             let value = self.normal[i][j];
             if i == j { value + damping * value.max(floor) + floor * 1e-3 } else { value }
         })
+    }
+
+    /// The same with conditions that hold to within `sd`.
+    #[must_use]
+    pub fn with(mut self, rows: &[Row], sd: f64) -> Self {
+        for tied in rows {
+            let row: Vec<f64> = tied.slope.iter().skip(HELD).map(|d| d / sd).collect();
+            for ((i, d), line) in row.iter().enumerate().zip(&mut self.normal) {
+                self.gradient[i] -= d * tied.residual / sd;
+                line.iter_mut().zip(&row).for_each(|(sum, e)| *sum += d * e);
+            }
+        }
+        self
     }
 
     /// The step to the least chi^2 of the linearised problem.

@@ -71,6 +71,8 @@ fn an_l_without_noise_is_found_exactly_with_two_parts() {
     let parts: Vec<Part> = found.parts.iter().map(|e| e.part).collect();
     let violations = found.ties.iter().flat_map(|tie| tie.rows(&parts, 1.0)).map(|row| row.residual.abs());
     assert!(!found.ties.is_empty() && violations.fold(0.0, f64::max) < 1e-11);
+    // an edge that hides in the other part is as sure as its tie allows
+    assert!(found.parts.iter().all(|e| e.half_sd.max_element() < 0.01), "{:?}", found.parts);
     let volume: f64 = found.parts.iter().map(|e| e.part.volume()).sum();
     assert!((mesh.signed_volume() - volume).abs() < 1e-9 * volume);
 }

@@ -16,7 +16,7 @@ use crate::inversion::cholesky::Cholesky;
 /// Cosine below which attitudes are not even nearly parallel.
 const NEARLY: f64 = 0.94;
 /// Violation beyond which no tie is tried, the width of what might be without one: of angles \[rad\], of places in typical half sizes, of log sizes.
-const FAR: f64 = 0.5;
+pub(super) const FAR: f64 = 0.5;
 /// Standard deviation of a violation, in slacks, below which it follows from the ties that hold.
 const FOLLOWS: f64 = 10.0;
 /// Candidates refitted in a round before the search ends.
@@ -98,7 +98,15 @@ fn exact(data: &Data, model: Model, renderer: &mut Renderer) -> Model {
 }
 
 /// How much chi^2 a tie would cost, and what it may cost at most for all that the data tell of it; none if it follows from those that hold.
-pub(super) fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
+fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
+    let (cost, own) = violated(rows, covariance, held, slack)?;
+    let spread = spread(rows, covariance, held);
+    let open = |i: usize, j: usize| product(&rows[i], &spread[j], held) + if i == j { FAR * FAR } else { 0.0 };
+    Some((cost, Cholesky::of(rows.len(), 0.0, open)?.log_determinant() - own))
+}
+
+/// Violations in units of their covariance S, d' S^-1 d, and ln det S; none if they follow from the ties that hold.
+pub(super) fn violated(rows: &[Row], covariance: &[Vec<f64>], held: usize, slack: f64) -> Option<(f64, f64)> {
     let spread = spread(rows, covariance, held);
     let element = |i: usize, j: usize| product(&rows[i], &spread[j], held);
     // a tie whose violation is nearly as sure as the slack follows from others
@@ -106,10 +114,9 @@ pub(super) fn predicted(rows: &[Row], covariance: &[Vec<f64>], held: usize, slac
         return None;
     }
     let factor = Cholesky::of(rows.len(), 1e-12, element)?;
-    let open = Cholesky::of(rows.len(), 0.0, |i, j| element(i, j) + if i == j { FAR * FAR } else { 0.0 })?;
     let mut violation: Vec<f64> = rows.iter().map(|row| row.residual).collect();
     factor.forward(&mut violation);
-    Some((violation.iter().map(|v| v * v).sum(), open.log_determinant() - factor.log_determinant()))
+    Some((violation.iter().map(|v| v * v).sum(), factor.log_determinant()))
 }
 
 /// Ties put on as long as each is worth it; the data come back with the ties that hold. `model` fits the data without ties.
