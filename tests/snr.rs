@@ -385,8 +385,8 @@ fn windows_end_where_the_snr_is_too_small() {
             if reason == Some(Reason::Limit) {
                 edges += 1;
                 let snr = snr(&own, &t);
-                // steps of the image's width, 0.3 %
-                assert!((snr / wanted - 1.0).abs() < 3e-3, "{snr} at the edge, {wanted} wanted");
+                // steps of the image's width, 0.6 %
+                assert!((snr / wanted - 1.0).abs() < 6e-3, "{snr} at the edge, {wanted} wanted");
             }
         }
     }
@@ -410,4 +410,65 @@ fn the_commands_refuse_what_is_too_faint() {
     let words = String::from_utf8_lossy(&render.stderr).into_owned();
     assert!(words.contains("frame 1: not rendered, SNR "), "{words}");
     assert!(!folder.path().join("out/frames").join("frame_0000.fits").exists());
+}
+
+/// A trail longer than is looked at has the SNR of as many shorter ones: 40 s of a satellite among fixed stars, 200 px, against the study's
+/// whole trail.
+#[test]
+fn a_long_trail_is_so_many_short_ones() {
+    let sets = [
+        ("exposures.track", "sidereal"),
+        ("stars.enabled", "false"),
+        ("exposures.duration_s", "40.0"),
+        ("exposures.count", "1"),
+    ];
+    let studied = study(&sets, &["mag_v=11"], 0)[0].get("snr");
+    let own = scene(&[&sets[..], &[("target.0.brightness.mag_v", "11.0"), ("plan.min_snr", "5.0")]].concat());
+    let simulator = Simulator::new(&own).expect("a simulator");
+    let least = Least::of(&simulator).expect("a least SNR");
+    let snr = |view: &nightglass::plan::view::View| least.snr(view, 0).expect("light");
+    let view = simulator.planner.view(0).expect("geometry");
+    assert!((snr(&view) / studied - 1.0).abs() < 0.02, "{} against {studied}", snr(&view));
+    // an hour's trail costs no more
+    let hour = nightglass::plan::view::View { exposure_s: 3600.0, ..view };
+    assert!(snr(&hour).is_finite());
+}
+
+/// A second target that comes down, or that the mount follows, does not touch the windows of the first.
+#[test]
+fn windows_of_a_target_are_its_own() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let file = folder.path().join("two.toml");
+    let text = r#"
+[station]
+preset = "pogs"
+[exposures]
+start = 2018-01-20T03:00:00Z
+duration_s = 5.0
+[plan]
+min_snr = 5.0
+[[target]]
+name = "B"
+brightness.mag_v = 10.0
+[target.orbit.kepler]
+epoch = 2018-01-20T02:50:00Z
+a_km = 6600.0
+e = 0.1
+i_deg = 55.0
+raan_deg = 40.0
+argp_deg = 10.0
+mean_anomaly_deg = 180.0
+[[target]]
+name = "A"
+brightness.mag_v = 10.0
+orbit.fixed = { ra_deg = 83.0, dec_deg = 8.0 }
+"#;
+    std::fs::write(&file, text).expect("written");
+    let own = load(file.to_str().expect("a name"), &Options { sets: &[], seed: None }).expect("a good scene");
+    let simulator = Simulator::new(&own).expect("a simulator");
+    let night = simulator.planner.night().expect("a night");
+    let free = simulator.planner.windows(1, &night, None).expect("windows");
+    let held = Least::of(&simulator).expect("a least SNR").windows(1, &night).expect("windows");
+    let told = |all: &[Window]| all.iter().map(|w| (w.interval, w.limits.clone())).collect::<Vec<_>>();
+    assert_eq!(told(&held), told(&free));
 }

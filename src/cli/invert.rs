@@ -21,7 +21,8 @@ use std::path::Path;
 
 pub(super) fn invert(args: &InvertArgs, global: &Global, talk: &Talk) -> Result<(), Failure> {
     for (k, path) in args.lightcurves.iter().enumerate() {
-        if args.lightcurves[..k].contains(path) {
+        let place = |path: &Path| path.canonicalize().unwrap_or_else(|_| path.to_owned());
+        if args.lightcurves[..k].iter().any(|other| place(other) == place(path)) {
             return Err(Failure::Input(format!("{}: given twice: its points would count twice", path.display())));
         }
     }

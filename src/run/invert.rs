@@ -73,11 +73,10 @@ pub fn invert(data: &Data, model: Model, held_out: f64) -> Result<Found, InvertE
         Some(draft) => shape_methods::draft_body(&draft.facets),
         None => convex.body().map_err(|why| why.to_string()).and_then(|exact| model.way().body(exact)),
     };
-    let convex =
-        convex.doubted(&shape_methods::scaled(&curves, &scales)?, material, egi::Options::default().claim);
+    let fixed = shape_methods::scaled(&curves, &scales)?;
+    let convex = convex.doubted(&fixed, material, egi::Options::default().claim);
     let concave = verdict.is_some_and(|v| v.call == Call::NonConvex);
-    let folded =
-        draft.as_ref().filter(|_| concave).map(|_| nonconvex::baseline(&problem, material)).transpose()?;
+    let folded = draft.as_ref().filter(|_| concave).map(|_| nonconvex::baseline(&fixed, material)).transpose()?;
     let wanted = match model {
         Model::Nonconvex if verdict.is_none() => return Err(InvertError::Relative),
         Model::Nonconvex => true,

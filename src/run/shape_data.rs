@@ -231,6 +231,9 @@ pub fn all(light: &[(&CurveFile, usize)], scene: Option<&Scene>, choice: &Choice
         data.curves.push(Curve { y, sigma, directions, scale });
         data.names.push(known.name.clone());
     }
+    if data.curves.is_empty() {
+        return Err(usage(data.told.pop().unwrap_or_else(|| "no light curve".into())));
+    }
     let free = data.curves.iter().filter(|c| c.scale == Scale::Free).count();
     if free > 0 {
         let of = if data.curves.len() > 1 {

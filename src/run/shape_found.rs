@@ -135,7 +135,7 @@ impl Found {
     /// Whether chi-square lets the shape explain the light.
     pub fn explains(&self) -> bool {
         let points = self.outlier.len() as f64;
-        points <= 20.0 || self.chi2_reduced() <= 1.5 + 5.0 * (2.0 / points).sqrt()
+        self.chi2_reduced() <= 1.5 + 5.0 * (2.0 / points.max(1.0)).sqrt()
     }
 
     /// Whether a facet is claimed: where it is known well, and the body is convex and explains the light.

@@ -31,7 +31,15 @@ pub(super) fn light(found: &mut Found, curves: &[Curve], material: &Material) {
     } else {
         found.model = match (&found.folded, &found.draft) {
             (Some(folded), _) if folded.best.angle > 0.0 => {
-                curves.iter().flat_map(|c| folded.light(material, &c.directions)).collect()
+                let scale = |k: usize| found.convex.scales.get(k).copied().unwrap_or(1.0);
+                let one = |(k, c): (usize, &Curve)| {
+                    folded
+                        .light(material, &c.directions)
+                        .into_iter()
+                        .map(move |y| y * scale(k))
+                        .collect::<Vec<_>>()
+                };
+                curves.iter().enumerate().flat_map(one).collect()
             }
             (_, Some(draft)) => predicted(&draft.facets, &found.convex.scales, curves, material),
             _ => predicted(&found.convex.image(), &found.convex.scales, curves, material),

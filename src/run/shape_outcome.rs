@@ -63,7 +63,9 @@ pub fn body(found: &Found, data: &Data) -> Option<Body> {
         let uncertainty = |part: usize| {
             let estimate = &assembly.parts[part];
             let sizes = estimate.half_sd / estimate.part.half;
-            let (sd_deg, relative_area_sd) = (estimate.turn_sd.max_element().to_degrees(), sizes.length());
+            // of a panel the thickness counts for nothing
+            let relative_area_sd = estimate.panel.as_ref().map_or(sizes.length(), |p| p.area_sd / p.area);
+            let sd_deg = estimate.turn_sd.max_element().to_degrees();
             if found.explains() { Uncertainty::Known { sd_deg, relative_area_sd } } else { Uncertainty::Unclaimed }
         };
         let face = |f: &crate::object::surface::mesh::Face| {

@@ -73,7 +73,7 @@ pub fn search(data: &Data, range_s: Option<(f64, f64)>, told_s: Option<f64>) -> 
     Ok(Rotation { found, tried, within: how.within, from })
 }
 
-/// The periods to try, in falling order of frequency.
+/// The periods to try, in rising order of frequency.
 fn periods(
     data: &Data,
     range: Option<(f64, f64, &'static str)>,

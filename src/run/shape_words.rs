@@ -65,7 +65,12 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
         Ok(_) => {}
     }
     let ratio = found.chi2_reduced();
-    if !found.explains() {
+    let smooth = found.is_convex() && found.verdict.as_ref().is_some_and(|v| v.call == Call::CannotTell);
+    if !found.explains() && smooth {
+        said.push(format!(
+            "warning: chi-square is {ratio:.2} a degree of freedom: these facets are too few for the light, which convex bodies explain"
+        ));
+    } else if !found.explains() {
         said.push(format!(
             "warning: chi-square is {ratio:.2} a degree of freedom: the errors are {:.1} times too small, or no shape of this kind and law sends this light",
             ratio.sqrt()
@@ -82,7 +87,6 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
             100.0 * v.floor,
             v.defect_sigmas
         )),
-        Some(_) if !found.explains() => {}
         Some(v) if v.floor_found > 0.5 => {
             said.push("convex bodies explain the light, as they would any: its errors are too large".into());
         }
@@ -105,9 +109,13 @@ pub(super) fn claims(found: &Found, data: &Data) -> Vec<String> {
             (_, true) => format!("{count} boxes or panels explain it"),
             (_, false) => format!("boxes and panels, here {count}, do not explain it: none is claimed"),
         });
+        let without = match assembly.alternatives.iter().any(|a| a.panels.is_empty()) {
+            true => "; others that explain the light have none",
+            false => "",
+        };
         for panel in assembly.parts.iter().filter(|_| claimed).filter_map(|e| e.panel.as_ref()) {
             said.push(format!(
-                "a panel of which {:.2} +- {:.2} m2 stand free, its normal known to {:.2} deg",
+                "a panel of which {:.2} +- {:.2} m2 stand free, its normal known to {:.2} deg{without}",
                 panel.exposed,
                 panel.area_sd * panel.exposed / panel.area,
                 panel.normal_sd.to_degrees()
@@ -252,7 +260,8 @@ pub fn summary(found: &Found, data: &Data, errors: Option<&Errors>) -> Vec<Strin
     lines.push(chi2 + &held);
     if found.asked == Model::Auto && found.is_convex() && found.verdict.is_some_and(|v| v.call == Call::NonConvex)
     {
-        let why = if data.points() < FEWEST {
+        let used = found.outlier.iter().filter(|o| !**o).count();
+        let why = if used < FEWEST {
             "too few points for boxes and panels"
         } else {
             "boxes and panels explain it no better"

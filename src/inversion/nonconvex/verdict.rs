@@ -143,6 +143,10 @@ fn fits(problem: &Problem, material: &Material, open: &Solution) -> Result<Fits,
     let more = (count - shut.support.len() as f64 + 3.0).max(3.0);
     let ninth = 2.0 / (9.0 * more);
     let rise = (2.0 * shut.objective - chi2).max(0.0);
+    // a sparse fit that is stuck says nothing of the facets by which images may close
+    if open.reduced() > 1.5 + 5.0 * (2.0 / problem.len().max(1) as f64).sqrt() {
+        return Ok(Fits { chi2, dof: (problem.len() as f64 - count).max(1.0), closing: 0.0 });
+    }
     let closing = (((rise / more).cbrt() - 1.0 + ninth) / ninth.sqrt()).max(0.0);
     Ok(Fits { chi2, dof: (problem.len() as f64 - count).max(1.0), closing })
 }

@@ -15,8 +15,10 @@ use crate::object::shadow::card::Graphics;
 use crate::plan::PlanError;
 use crate::plan::interval::Margin;
 use crate::plan::place::Place;
+use crate::plan::planner::Planner;
 use crate::plan::view::{Planned, View};
 use crate::plan::windows::{Night, Window};
+use crate::scene::{At, Scene};
 use crate::simulate::{SimulateError, Simulator};
 use crate::sky::Toward;
 use crate::study::sky::Sky;
@@ -31,8 +33,11 @@ const SHORTEST_LOOK_S: f64 = 2.0;
 const LONGEST_LOOK_S: f64 = 60.0;
 /// Direction of a trail: along neither rows nor columns, as most.
 const OBLIQUE: DVec2 = DVec2::new(0.8, 0.6);
-/// Step in the logarithm of the airmass: images are 0.15 % wider or narrower at most.
-const AIRMASS_STEP: f64 = 0.005;
+/// Step in the logarithm of the airmass: images are 0.3 % wider or narrower at most. So many are kept.
+const AIRMASS_STEP: f64 = 0.01;
+const MOST_PSFS: usize = 64;
+/// Longest trail whose pixels are looked at \[px\].
+const LONGEST_PX: f64 = 100.0;
 /// Bound of a station's speed by the Earth's rotation \[m/s\].
 const STATION_M_S: f64 = 500.0;
 
@@ -46,9 +51,9 @@ pub struct Least<'a> {
 }
 
 impl<'a> Least<'a> {
-    /// That of a simulator's scene; none if it asks for none.
+    /// That of a simulator's scene; none if it asks for none or has no target.
     pub fn of(simulator: &'a Simulator<'a>) -> Option<Self> {
-        let wanted = simulator.scene.plan.min_snr?;
+        let wanted = simulator.scene.plan.min_snr.filter(|_| !simulator.scene.target.is_empty())?;
         Some(Self { simulator, sky: Sky::new(simulator), wanted, psfs: Mutex::default() })
     }
 
@@ -57,7 +62,11 @@ impl<'a> Least<'a> {
     /// # Errors
     /// [`PlanError`] where its attitude is not known.
     pub fn snr(&self, view: &View, target: usize) -> Result<f64, PlanError> {
-        let Simulator { scene, planner, response, .. } = self.simulator;
+        self.seen(&self.simulator.planner, view, target)
+    }
+
+    fn seen(&self, planner: &Planner, view: &View, target: usize) -> Result<f64, PlanError> {
+        let Simulator { scene, response, .. } = self.simulator;
         let (Some(seen), Some(sighting)) = (view.targets.get(target), view.sighting(target)) else {
             return Ok(0.0);
         };
@@ -78,23 +87,30 @@ impl<'a> Least<'a> {
         }
         let drawn =
             (seen.rate - view.track_rate).length() * exposure_s * ARCSEC_PER_RAD / scene.stored_scale_arcsec();
-        let half = OBLIQUE * (0.5 * drawn);
+        // a long trail is so many times one of this length
+        let times = (drawn / LONGEST_PX).max(1.0);
+        let half = OBLIQUE * (0.5 * drawn / times);
         let path = Path { start: -half, mid: DVec2::ZERO, end: half };
         let dark_e = Dark::new(&scene.detector, exposure_s).mean_e();
         let (psf, estimator) = (self.psf(seen.airmass), Estimator::of(scene));
-        Ok(Pixels::lone(&scene.detector, &psf, &path, [sky_e, dark_e], estimator)
-            .measure(electrons, estimator)
-            .snr)
+        let pixels = Pixels::lone(&scene.detector, &psf, &path, [sky_e, dark_e], estimator);
+        Ok(pixels.measure(electrons / times, estimator).snr * times.sqrt())
     }
 
     /// The image of a point at an airmass to within half a step.
     fn psf(&self, airmass: f64) -> Arc<Psf> {
         let step = (airmass.ln() / AIRMASS_STEP).round();
-        let mut known = self.psfs.lock().unwrap_or_else(PoisonError::into_inner);
-        known
-            .entry(step as i32)
-            .or_insert_with(|| Arc::new(self.simulator.psf((step * AIRMASS_STEP).exp())))
-            .clone()
+        let known = || self.psfs.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(psf) = known().get(&(step as i32)) {
+            return psf.clone();
+        }
+        let psf = Arc::new(self.simulator.psf((step * AIRMASS_STEP).exp()));
+        let mut known = known();
+        if known.len() >= MOST_PSFS {
+            known.clear();
+        }
+        known.insert(step as i32, psf.clone());
+        psf
     }
 
     /// Refuses those exposures whose first target, the one that counts, has less or is off the frame; `done` is called after each.
@@ -110,8 +126,11 @@ impl<'a> Least<'a> {
                 let on_frame = |at: &DVec2| at.x >= -0.5 && at.y >= -0.5 && at.x < width && at.y < height;
                 let on_frame = view.wcs.mid.pixel(seen.place.astrometric).as_ref().is_some_and(on_frame);
                 let snr = self.snr(view, 0)?;
-                if !on_frame {
-                    view.observability.refuse("the target is off the frame");
+                if view.exposure_s <= 0.0 {
+                    view.observability.refuse("no exposure, no SNR");
+                } else if !on_frame {
+                    let name = self.simulator.scene.target.first().map_or("the target", |t| t.name.as_str());
+                    view.observability.refuse(&format!("{name} is off the frame"));
                 } else if snr.is_nan() {
                     view.observability.refuse("SNR unknown, the sky is outside its models");
                 } else if snr < self.wanted {
@@ -123,22 +142,29 @@ impl<'a> Least<'a> {
         })
     }
 
-    /// Windows of a target in a night, an exposure in the middle of which is a moment: all of the scene's limits.
+    /// Windows of a target in a night, an exposure in the middle of which is a moment: all of the scene's limits. A mount that follows a
+    /// target follows this one.
     ///
     /// # Errors
     /// [`PlanError`] where the Earth's orientation is unknown.
     pub fn windows(&self, target: usize, night: &Night) -> Result<Vec<Window>, PlanError> {
-        let planner = &self.simulator.planner;
+        let mut solo: Scene = self.simulator.scene.clone();
+        let Some(own) = solo.target.get(target).cloned() else { return Ok(Vec::new()) };
+        solo.target = vec![own];
+        if let At::Target(_) = solo.pointing.at {
+            solo.pointing.at = At::Target(None);
+        }
+        let alone = Planner::new(&solo)?;
         let half_s = 0.5 * self.simulator.scene.exposures.duration_s;
         let bright = |t: &Instant, _: &Observer, place: &Place| {
-            let snr = planner.view_from(&t.plus(-half_s)).and_then(|view| self.snr(&view, target));
+            let snr = alone.view_from(&t.plus(-half_s)).and_then(|view| self.seen(&alone, &view, 0));
             let speed = place.state.map_or(0.0, |state| (state.velocity.length() + STATION_M_S) / place.range_m);
             Margin {
                 value: snr.map_or(f64::NAN, |snr| snr - self.wanted),
                 safe_s: (LOOK_RAD / speed).clamp(SHORTEST_LOOK_S, LONGEST_LOOK_S),
             }
         };
-        planner.windows(target, night, Some(&bright))
+        self.simulator.planner.windows(target, night, Some(&bright))
     }
 }
 
