@@ -27,6 +27,8 @@ const POWER: f64 = 1.2816;
 const GRID: usize = 2000;
 /// Standard deviation of closure in units of that of one facet's area: none that counts.
 const CLOSED: f64 = 0.05;
+/// Standard deviations of chi^2 beyond which a sparse fit is stuck, or its body not convex, which the floor tells.
+const STUCK: f64 = 3.0;
 /// Range of the false-alarm rate.
 const RATES: (f64, f64) = (1e-6, 0.5);
 
@@ -144,7 +146,7 @@ fn fits(problem: &Problem, material: &Material, open: &Solution) -> Result<Fits,
     let ninth = 2.0 / (9.0 * more);
     let rise = (2.0 * shut.objective - chi2).max(0.0);
     // a sparse fit that is stuck says nothing of the facets by which images may close
-    if open.reduced() > 1.5 + 5.0 * (2.0 / problem.len().max(1) as f64).sqrt() {
+    if open.chi2 > open.dof.max(1.0) + STUCK * (2.0 * open.dof.max(1.0)).sqrt() {
         return Ok(Fits { chi2, dof: (problem.len() as f64 - count).max(1.0), closing: 0.0 });
     }
     let closing = (((rise / more).cbrt() - 1.0 + ninth) / ninth.sqrt()).max(0.0);
